@@ -95,6 +95,10 @@ def _wait_for_messages(states: Connection, recorder: _Recorder, stop: threading.
     stop.set()
 
 
+class _UnsavedError(DataError):
+    """An error of the analysis that ends a record which is not saved; its content is already that of the state."""
+
+
 class _Recorder:
     """Takes the pieces, and sends a state when it is time to."""
 
@@ -143,7 +147,7 @@ class _Recorder:
                 self._error["message"] += ". Check the baud rate, and that the device prints lines of numbers"
             is_question = isinstance(error, OptionError)
             if self._source.save is None and not (is_question and self._source.log is not None):
-                raise DataError(self._error["message"]) from None
+                raise _UnsavedError(self._error["message"]) from None
 
     def _begin_again(self, table: Mapping[str, Any]) -> None:
         """Analyse with other options what is in the log so far; without a log what arrives from now on."""
@@ -162,7 +166,7 @@ class _Recorder:
         """Use all samples, and send the last state."""
         if isinstance(error, ImportError):
             self._error = {"message": str(error), "hint": None, "code": "data"}
-        elif error is not None and (self._error is None or self._error["message"] != str(error)):
+        elif error is not None and not isinstance(error, _UnsavedError):
             self._error = error_content(error)
         if self.table is not None:
             self._begin_again(self.table)

@@ -138,6 +138,7 @@ def test_by_keys(opened, log):
     tab.keyboard.press("End")
     assert "--axes each" in command(tab, "--axes")
     assert "Axes" in tab.evaluate(NAME_OF_FOCUS)
+    tab.locator(".preview:not([aria-busy])").wait_for()  # the new file replaces the old one and its buttons
     press(tab, "Shift+Tab", "Save basalt.json")
     with tab.expect_download() as download:
         tab.keyboard.press("Enter")

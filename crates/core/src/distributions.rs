@@ -71,7 +71,7 @@ fn stirling(x: f64) -> f64 {
     STIRLING.iter().rev().fold(0.0, |sum, c| sum * y + c) / x
 }
 
-/// φ(u) = u − 1 − ln u without cancellation, for u = 1 + `delta`.
+/// The excess of u − 1 over ln u, φ(u) = u − 1 − ln u, without cancellation, for u = 1 + `delta`.
 fn above_log(u: f64, delta: f64) -> f64 {
     if !(-0.4..0.6).contains(&delta) {
         return delta - u.ln();
@@ -96,8 +96,9 @@ fn two_sided_quantile(probability: f64, scale: f64, at: impl Fn(f64) -> HalfLine
     if !(0.0..=1.0).contains(&probability) {
         return f64::NAN;
     }
+    // Both differences are exact where they are used (Sterbenz's lemma).
     let tail = probability.min(1.0 - probability);
-    let centre = (probability - 0.5).abs(); // exact in both: Sterbenz
+    let centre = (probability - 0.5).abs();
     let size = if tail == 0.0 {
         f64::INFINITY
     } else if centre == 0.0 {
@@ -131,7 +132,7 @@ fn solve(target: f64, guess: f64, rising: bool, at: impl Fn(f64) -> (f64, f64)) 
         }
         let step = -(value / target).ln() * value / slope;
         if step.abs() < LAST_STEP {
-            return x + x * step.exp_m1(); // rounded once
+            return x + x * step.exp_m1(); // with one rounding
         }
         let newton = x * step.exp();
         x = if newton > low && newton < high {

@@ -7,21 +7,21 @@
 //!
 //! D(n) = 4 q(n) − q(2n) − 2 h(n) − 2 t(n),
 //!
-//! where h(n), the head, is the part of q(n) with j among the first n points, which no second difference uses
-//! as its middle and last points; t(n), the tail, is the corresponding part at the end. A sum of squared
-//! differences consists of sums of squares, which slide with n, and of a correlation, which Fourier
-//! transforms give for all n at once; for the head see [`triangle`].
+//! where h(n), the head, is the part of q(n) with j among the first n points: no second difference has
+//! x(j) and x(j + n) as its middle and last points. t(n), the tail, is the corresponding part at the end. A sum of
+//! squared differences consists of sums of squares, which are updated from one n to the next, and of a correlation,
+//! which Fourier transforms give for all n at once; for the head see [`triangle`].
 //!
 //! # By blocks
 //!
 //! The squares of a phase with strong drift are large, and D is their small difference. Second differences do
-//! not depend on a straight line. The phase is therefore cut into blocks, 16 times as long as the shortest n
-//! and 4 times as long as the longest, and from each block a separate line is subtracted, which is fitted to
-//! the block and to the points that its starts j reach. If x(j) is in one block and the middle point x(j + n)
+//! not depend on a straight line. For each group of sizes n the phase is therefore cut into blocks, 16 times as long as
+//! the smallest n and 4 times as long as the largest, and from each block a separate line is subtracted, which is
+//! fitted to the block and to the points that its starts j reach. If x(j) is in one block and the middle point x(j + n)
 //! in the next one, whose line is steeper by s, the second difference must use the line of the next block.
 //! With δ = n s its three squares are those of x(j + n) − x(j) − δ, of x(j + 2n) − x(j + n) − δ and of x(j +
-//! 2n) − x(j) − 2δ. The second one is correct already, because it is counted from its own start. The other
-//! two change 2 q − q by Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border: sums of
+//! 2n) − x(j) − 2δ. The second one is correct already, because it belongs to the start j + n, in the next block. The
+//! other two change the sum by Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border: sums of
 //! points, not of products.
 //!
 //! The remaining phase in a block is as large as its second differences, to a factor that depends only on the shape of its
@@ -64,7 +64,8 @@ const DIRECT_TERMS: usize = 512;
 /// Largest relative error of a sum that is returned.
 const TOLERANCE: f64 = 5e-10;
 
-/// Error of a correlation over ‖block‖ ‖window‖: twice the largest error in the tests, for a strong line.
+/// Error of a correlation over the norm of the starts times that of the points that they reach: twice the largest error
+/// in the tests, for a strong line.
 const TRANSFORM_ERROR: f64 = 4.0 * f64::EPSILON;
 
 /// Sums of the squared second differences of the first `points` of a phase, for n from [`SMALLEST`] up to `largest`; None if
@@ -133,8 +134,8 @@ impl<'a> Group<'a> {
         let trusted = |sum: f64| {
             // Both comparisons are false for NaN.
             let exact = error <= TOLERANCE * sum;
-            let nothing = error <= rounding && sum >= -error;
-            (exact || nothing).then_some(sum.max(0.0))
+            let is_rounding = error <= rounding && sum >= -error;
+            (exact || is_rounding).then_some(sum.max(0.0))
         };
         sums.into_iter().map(|sum| trusted(sum.value())).collect()
     }
@@ -145,7 +146,7 @@ impl<'a> Group<'a> {
         let mut sums = vec![Sum::default(); self.sizes.len()];
         let (mut error, mut rounding) = (0.0, 0.0);
         for part in parts {
-            sums.iter_mut().zip(part.sums).for_each(|(sum, of_block)| sum.add(of_block));
+            sums.iter_mut().zip(part.sums).for_each(|(sum, part_sum)| sum.add(part_sum));
             error += part.error;
             rounding += part.rounding;
         }
@@ -179,11 +180,11 @@ impl<'a> Group<'a> {
             self.add_border(&values[starts.len()..], step, &mut sums);
         }
         let squares: f64 = values.iter().map(|value| value * value).sum();
-        // Weights: twice 4 + 1 of the increments, twice 2 of the head and of the tail.
+        // Each sum contains twice a correlation; weights are 4 + 1 for increments, 2 for the head and 2 for the tail.
         let error = TRANSFORM_ERROR
             * squares
             * (10.0 + if block == 0 { 4.0 } else { 0.0 } + if last { 4.0 } else { 0.0 });
-        // Variances 1, 4 and 1 of three points.
+        // The squared weights of the three points of a second difference are 1, 4 and 1.
         let rounding = 6.0 * stretch.rounding * stretch.rounding * starts.len() as f64;
         Part { sums, error, rounding }
     }
@@ -210,19 +211,20 @@ impl<'a> Group<'a> {
     /// steeper by `step`. `beyond` are the values after the end.
     fn add_border(&self, beyond: &[f64], step: f64, sums: &mut [f64]) {
         let (before, next) = beyond.split_at(2 * (self.sizes.start - 1));
-        let (mut near, mut far) = (Sum::default(), Sum::default());
+        // Sums of the first n and of the first 2n values.
+        let (mut half, mut whole) = (Sum::default(), Sum::default());
         for (k, value) in before.iter().enumerate() {
-            far.add(*value);
+            whole.add(*value);
             if k < self.sizes.start - 1 {
-                near.add(*value);
+                half.add(*value);
             }
         }
         for ((n, sum), pair) in self.sizes.clone().zip(sums).zip(next.chunks_exact(2)) {
-            near.add(beyond[n - 1]);
-            far.add(pair[0]);
-            far.add(pair[1]);
+            half.add(beyond[n - 1]);
+            whole.add(pair[0]);
+            whole.add(pair[1]);
             let delta = n as f64 * step;
-            let differences = far.value() - 2.0 * near.value();
+            let differences = whole.value() - 2.0 * half.value();
             *sum += delta * (4.0 * differences - 2.0 * n as f64 * delta);
         }
     }

@@ -1,9 +1,9 @@
 //! The inner loop of the Allan variance: sums of squared second differences over a block of starts.
 //!
-//! Half the second difference is summed, h = (x + z) / 2 − y + c: an addition, and two products with an addition, each a
-//! single instruction. Several taus are computed together, so that x is loaded once. Along a chain of taus m, 2m, 4m … each
-//! window is loaded once, because the last point of one tau is the middle point of the next. All loops have a fixed length,
-//! so that the compiler can unroll and vectorise them without checks.
+//! The summed squares are those of half the second difference, h = (x + z) / 2 − y + c: an addition and two fused
+//! multiply-adds, and one more addition unless all c are 0. Several taus are computed together, so that x is loaded
+//! once. Along a chain of taus m, 2m, 4m … each window is loaded once, because the last point of one tau is the middle
+//! point of the next. All loops have a fixed length, so that the compiler can unroll and vectorise them without checks.
 
 /// Starts handled together.
 pub const STARTS: usize = 2048;
@@ -34,7 +34,7 @@ pub enum Path {
 /// Sums of h² of a few taus over one block of starts.
 ///
 /// `first` is the window at lag 0, `middle[i]` at the lag of tau i, `last[i]` at twice that lag, and `correction[i]` half
-/// the second difference of their anchors.
+/// the second difference of the anchors of the phase, to which the points of these three windows are relative.
 pub struct Batch<'a, const T: usize> {
     /// Window at the starts themselves.
     pub first: &'a Window,
@@ -59,7 +59,7 @@ impl<const T: usize> Batch<'_, T> {
                 Some(vectors) => vectors.vectorize(Fused { batch: self, sums, vectors }),
                 None => self.add::<Plain<false>, true>(sums, Plain),
             },
-            // On 64-bit ARM the fused product is part of the base.
+            // On 64-bit ARM the fused multiply-add belongs to the basic instructions.
             #[cfg(not(target_arch = "x86_64"))]
             Path::Fastest => self.add::<Plain<{ cfg!(target_arch = "aarch64") }>, true>(sums, Plain),
             #[cfg(test)]
@@ -183,7 +183,7 @@ pub fn partial(first: &[f64], middle: &[f64], last: &[f64], correction: f64) -> 
     add_lanes(sums)
 }
 
-/// The product by ½ is exact, so that the result does not depend on fusing.
+/// Half the second difference. The product with ½ is exact, so that the result does not depend on fusing.
 #[inline(always)]
 #[allow(clippy::inline_always)] // As above.
 fn half_difference(x: f64, y: f64, z: f64, correction: f64) -> f64 {

@@ -14,10 +14,10 @@ use crate::allan::{Counting, Overlap, allan_variance};
 use crate::error::Error;
 use crate::phase::{LARGEST_RATE, Phase};
 
-mod level;
+mod stage;
 
-use level::Level;
-pub use level::{GROUP, LARGEST, Strided};
+use stage::Stage;
+pub use stage::{GROUP, LARGEST, Strided};
 
 /// Treatment of clusters of more than [`LARGEST`] samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub struct Accumulator {
 #[derive(Debug, Clone)]
 enum Store {
     Kept { rate: Vec<f64>, m: Vec<usize> },
-    Level(Box<Level>),
+    Stage(Box<Stage>),
 }
 
 impl Accumulator {
@@ -59,7 +59,7 @@ impl Accumulator {
         }
         let store = match long {
             Long::Exact => Store::Kept { rate: Vec::new(), m },
-            Long::Strided => Store::Level(Box::new(Level::new(&m, start))),
+            Long::Strided => Store::Stage(Box::new(Stage::new(&m, start))),
         };
         Ok(Self { start, store })
     }
@@ -75,7 +75,7 @@ impl Accumulator {
     pub fn samples(&self) -> u64 {
         match &self.store {
             Store::Kept { rate, .. } => rate.len() as u64,
-            Store::Level(level) => level.samples(),
+            Store::Stage(stage) => stage.samples(),
         }
     }
 
@@ -94,7 +94,7 @@ impl Accumulator {
                 kept.try_reserve(rate.len()).map_err(|_| Error::Memory { bytes })?;
                 kept.extend_from_slice(rate);
             }
-            Store::Level(level) => level.push(rate)?,
+            Store::Stage(stage) => stage.push(rate)?,
         }
         Ok(())
     }
@@ -115,8 +115,8 @@ impl Accumulator {
                 rate.extend_from_slice(more);
                 Ok(())
             }
-            (Store::Level(level), Store::Level(theirs)) if level.same_sizes(theirs) => {
-                level.merge(theirs.as_ref().clone())
+            (Store::Stage(stage), Store::Stage(theirs)) if stage.same_sizes(theirs) => {
+                stage.merge(theirs.as_ref().clone())
             }
             _ => Err(other_kind),
         }
@@ -127,9 +127,9 @@ impl Accumulator {
     pub fn state(&self) -> Vec<u64> {
         match &self.store {
             Store::Kept { rate, .. } => rate.iter().map(|y| y.to_bits()).collect(),
-            Store::Level(level) => {
+            Store::Stage(stage) => {
                 let mut words = Vec::new();
-                level.write(&mut words);
+                stage.write(&mut words);
                 words
             }
         }
@@ -148,7 +148,7 @@ impl Accumulator {
                 *rate = words.by_ref().map(f64::from_bits).collect();
                 first_unusable(rate).is_none()
             }
-            Store::Level(level) => level.read(&mut words).is_some(),
+            Store::Stage(stage) => stage.read(&mut words).is_some(),
         };
         let rest = words.count();
         if whole && rest == 0 {
@@ -173,9 +173,9 @@ impl Accumulator {
                 let estimates = allan_variance(&phase, &m, Overlap::Full, Counting::Standard)?;
                 Ok(estimates.into_iter().map(|estimate| Strided { estimate, stride: 1 }).collect())
             }
-            Store::Level(level) => {
+            Store::Stage(stage) => {
                 let mut all = Vec::new();
-                level.snapshot(&mut all)?;
+                stage.snapshot(&mut all)?;
                 all.sort_unstable_by_key(|strided| strided.estimate.m);
                 Ok(all)
             }

@@ -14,7 +14,8 @@ use crate::terms::Term;
 /// It is implemented for the noise terms of IEEE 952 and for [`Component`]s. A filter, or any noise whose
 /// differences are stationary, only needs [`PhaseCovariance::covariance`].
 pub trait PhaseCovariance: Sync {
-    /// The power of τ₀ to which C is proportional for a fixed coefficient; 2 for a term given by its variance.
+    /// The power of τ₀ to which C is proportional for a fixed coefficient; 2 if the coefficient is a variance of the
+    /// rate.
     fn interval_power(&self) -> i32;
 
     /// C(u) for `n` ≤ `m` and `u` ≥ 0, accurate to all digits: it must not be a difference of large numbers.
@@ -24,7 +25,7 @@ pub trait PhaseCovariance: Sync {
     /// [`PhaseCovariance::memory`].
     fn covariance(&self, n: f64, m: f64, u: f64) -> f64;
 
-    /// Number of lags on either side of every kink that are integers, so that C need not be smooth there.
+    /// C is evaluated only at integer lags up to this distance from every kink, so that it need not be smooth there.
     fn memory(&self) -> usize {
         0
     }
@@ -115,8 +116,8 @@ impl PhaseCovariance for Component {
 /// s(0) = 1, and 0 elsewhere: C is not 0 only at the kinks.
 fn spikes(n: f64, m: f64, u: f64) -> f64 {
     // Close to a kink both are integers.
-    let at = |kink: f64| if (u - kink).abs() < 0.5 { 1.0 } else { 0.0 };
-    4.0 * at(0.0) - 2.0 * (at(n) + at(m)) + at(m - n) + at(m + n) + at(n - m)
+    let spike = |kink: f64| if (u - kink).abs() < 0.5 { 1.0 } else { 0.0 };
+    4.0 * spike(0.0) - 2.0 * (spike(n) + spike(m)) + spike(m - n) + spike(m + n) + spike(n - m)
 }
 
 /// s(l) = −|l| / 2, whose second difference is a triangle of height n: −(n − |l|)₊.
@@ -150,24 +151,25 @@ fn exponentials(n: f64, m: f64, u: f64, a: f64) -> f64 {
     // The second difference of e^(−a|l|) is 4 sinh²(an / 2) e^(−a|l|) − 2 sinh(a (n − |l|)₊). The linear part
     // of the hyperbolic sine cancels the triangles, and the remainder is of the order a³.
     let bends = 2.0 * sine_excess(a, positive(n - (u - m).abs())) - 4.0 * sine_excess(a, positive(n - u));
-    let walk = if a * m > 1.0 {
+    // The second difference of e^(−a|l|) over m, negated.
+    let negated = if a * m > 1.0 {
         2.0 * decay(u) - decay(u + m) - decay((u - m).abs())
     } else {
         2.0 * (a * positive(m - u)).sinh() - squared(m) * decay(u)
     };
-    scale * (bends + squared(n) * walk)
+    scale * (bends + squared(n) * negated)
 }
 
 /// sinh(ay) − y sinh a, for 0 ≤ ay ≤ 1 and a ≤ 1.
 fn sine_excess(a: f64, y: f64) -> f64 {
     // Σ aʲ (yʲ − y) / j!, j = 3, 5 …
-    let (steps, whole) = (a * a, (a * y) * (a * y));
-    let (mut one, mut all, mut sum) = (a * y, a * y, 0.0);
+    let (a_squared, ay_squared) = (a * a, (a * y) * (a * y));
+    let (mut linear, mut power, mut sum) = (a * y, a * y, 0.0);
     for j in 1..=9 {
         let next = f64::from(2 * j) * f64::from(2 * j + 1);
-        one *= steps / next;
-        all *= whole / next;
-        sum += all - one;
+        linear *= a_squared / next;
+        power *= ay_squared / next;
+        sum += power - linear;
     }
     sum
 }

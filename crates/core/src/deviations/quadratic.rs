@@ -1,7 +1,7 @@
 //! Degrees of freedom of the total variance and of Theo1, whose terms are not a stationary sequence.
 //!
 //! Both are quadratic forms x'Ax of the phase, with mean tr AΣ and variance 2 tr (AΣ)², where Σ is the
-//! generalised autocovariance of the phase, because A removes its arbitrary part. The computation is exact
+//! generalised autocovariance of the phase: A removes the part of Σ that is arbitrary. The computation is exact
 //! and takes N³ steps, so it is limited to records up to [`LONGEST`]. White, flicker and random-walk noise of
 //! the rate are the same at any scale, so that a shorter record with the same ratio of averaging time to
 //! length represents a longer one. The traces grow linearly with the length if averaging times are a small
@@ -30,7 +30,7 @@ pub const SHARE: f64 = 0.01;
 /// # Errors
 ///
 /// Those of [`super::deviations`] for the sizes; [`Error::Parameter`] for a ramp, which is not a noise, and
-/// for quantization noise above [`SHARE`] of the Allan variance at a size that needs a shorter record:
+/// for quantization noise above [`SHARE`] of the Allan variance at a size that is computed from a shorter record:
 /// quantization noise depends on the scale.
 pub fn degrees_of_freedom(
     kind: Kind,
@@ -47,7 +47,7 @@ pub fn degrees_of_freedom(
     if coefficients.ramp > 0.0 {
         return Err(Error::Parameter { name: "rate_ramp", value: coefficients.ramp.sqrt() });
     }
-    Ok(m.par_iter().map(|&m| of_size(kind, samples, m, coefficients)).collect())
+    Ok(m.par_iter().map(|&m| freedom_at_size(kind, samples, m, coefficients)).collect())
 }
 
 fn quantization_share(m: usize, coefficients: &Coefficients) -> f64 {
@@ -57,7 +57,7 @@ fn quantization_share(m: usize, coefficients: &Coefficients) -> f64 {
     variance((Term::Quantization, coefficients.noise[Term::Quantization.index()])) / all
 }
 
-fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) -> f64 {
+fn freedom_at_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) -> f64 {
     if samples <= LONGEST {
         let (mean, square) = traces(kind, samples, m, coefficients.noise);
         return mean * mean / square;
@@ -66,12 +66,12 @@ fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) ->
     let reduced = (LONGEST * m / samples).max(REDUCED).min(m) / 2 * 2;
     let reduced = if reduced < 2 || m < REDUCED { m } else { reduced };
     let scale = m as f64 / reduced as f64;
-    let of_reduced = |term: Term| {
+    let scaled_coefficient = |term: Term| {
         let power = term.interval_power();
-        // Noise of the phase depends on the scale.
+        // Quantization noise depends on the scale. Its share is at most `SHARE` here.
         if power == 0 && reduced != m { 0.0 } else { coefficients.noise[term.index()] * scale.powi(power) }
     };
-    let noise = Term::NOISE.map(of_reduced);
+    let noise = Term::NOISE.map(scaled_coefficient);
     let length = samples as f64 / scale;
     // Linear interpolation between two lengths, the nearest ones if possible.
     let short = (length.floor() as usize).min(LONGEST);
@@ -79,9 +79,9 @@ fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) ->
         if length > LONGEST as f64 { (LONGEST - LONGEST / 4, LONGEST) } else { (short, short + 1) };
     let (low, high) = (traces(kind, from, reduced, noise), traces(kind, to, reduced, noise));
     // Independent terms add to both traces in the same way.
-    let beyond = (length - from as f64) / (to - from) as f64;
-    let mean = low.0 + (high.0 - low.0) * beyond;
-    let square = low.1 + (high.1 - low.1) * beyond;
+    let fraction = (length - from as f64) / (to - from) as f64;
+    let mean = low.0 + (high.0 - low.0) * fraction;
+    let square = low.1 + (high.1 - low.1) * fraction;
     mean * mean / square
 }
 
@@ -91,9 +91,9 @@ fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; NOISE_TERMS]) -> (f
     let s: Vec<f64> = (0..points).map(|lag| autocovariance(lag, noise)).collect();
     let mut form = vec![0.0; points * points];
     let mut add = |term: &[(usize, f64)], weight: f64| {
-        for &(i, of_i) in term {
-            for &(j, of_j) in term {
-                form[i * points + j] += weight * of_i * of_j;
+        for &(i, weight_i) in term {
+            for &(j, weight_j) in term {
+                form[i * points + j] += weight * weight_i * weight_j;
             }
         }
     };
@@ -138,7 +138,7 @@ fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; NOISE_TERMS]) -> (f
 /// s(l) of [`PhaseCovariance`], summed over the terms.
 fn autocovariance(lag: usize, noise: [f64; NOISE_TERMS]) -> f64 {
     let l = lag as f64;
-    let of_term = |term: Term| match term {
+    let unit_autocovariance = |term: Term| match term {
         Term::Quantization => f64::from(u8::from(lag == 0)),
         Term::RandomWalk => -0.5 * l,
         Term::BiasInstability => ((4.0 * l * l - 1.0) * odd_harmonic(lag) - 3.0 * l * l) / (4.0 * PI),
@@ -146,7 +146,7 @@ fn autocovariance(lag: usize, noise: [f64; NOISE_TERMS]) -> f64 {
         Term::RateRamp => 0.0,
     };
     let used = Term::NOISE.into_iter().zip(noise).filter(|&(_, theta)| theta > 0.0);
-    used.map(|(term, theta)| theta * of_term(term)).sum()
+    used.map(|(term, theta)| theta * unit_autocovariance(term)).sum()
 }
 
 #[cfg(test)]
@@ -161,7 +161,7 @@ mod tests {
     const KINDS: [Kind; 2] = [Kind::Total, Kind::Theo1];
 
     #[test]
-    fn one_sample_to_average_is_the_allan_variance() {
+    fn total_variance_at_cluster_size_1_is_the_allan_variance() {
         for (term, expected) in [(0, 514.036_054_6), (1, 666.222_296_4), (2, 809.923_188_7), (3, 999.0)] {
             let mut noise = [0.0; NOISE_TERMS];
             noise[term] = 1.0;

@@ -6,7 +6,7 @@ use crate::allan::Estimate;
 use crate::compensated::Sum;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Number of lanes of the widest vectors.
+/// Places of the lanes of the widest vectors: those of the first starts.
 const FIRST_PLACES: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// Number of starts whose sums stay in a second-level cache.
@@ -59,18 +59,22 @@ impl Points {
             .map(|&m| Running { m, step: step(m), starts: used + 1 - 2 * m, ..Running::default() })
             .collect();
         for stretch in (0..used).step_by(STRETCH) {
-            for one in &mut running {
-                one.go_on(self, stretch + STRETCH);
+            for size in &mut running {
+                size.add_starts(self, stretch + STRETCH);
             }
         }
         running.iter().map(Running::estimate).collect()
     }
 
-    fn block(&self, line: &Line, first: usize, last: usize, m: usize, step: usize) -> Block {
+    fn block(&self, weights: &Weights, first: usize, last: usize, m: usize, step: usize) -> Block {
         let window =
             |shift: usize| (&self.high[first + shift..last + shift], &self.low[first + shift..last + shift]);
         let windows = [window(0), window(m), window(2 * m)];
-        if step > 1 { line.sums(windows, 0, step) } else { Arch::new().dispatch(AllStarts { line, windows }) }
+        if step > 1 {
+            weights.sums(windows, 0, step)
+        } else {
+            Arch::new().dispatch(AllStarts { weights, windows })
+        }
     }
 }
 
@@ -90,22 +94,22 @@ struct Running {
 
 impl Running {
     /// Adds the starts before `end`.
-    fn go_on(&mut self, points: &Points, end: usize) {
+    fn add_starts(&mut self, points: &Points, end: usize) {
         let end = end.min(self.starts);
         while self.next < end {
             let first = self.next;
             self.pair.advance(points, first, self.m);
-            // Following starts at which neither cluster gains or loses a missing sample.
+            // From `first` to `last`, neither cluster gains or loses a missing sample.
             let last = self.pair.end(points, self.m).min(end).min(first + BLOCK * self.step);
-            let counts = (last - first).div_ceil(self.step);
-            if let Some(line) = self.pair.line(points, first, self.m) {
-                let block = points.block(&line, first, last, self.m, self.step);
-                self.pairs += counts;
+            let count = (last - first).div_ceil(self.step);
+            if let Some(weights) = self.pair.weights(points, first, self.m) {
+                let block = points.block(&weights, first, last, self.m, self.step);
+                self.pairs += count;
                 self.squares.add(block.squares);
                 self.products.add(block.products);
                 self.distances.add(block.distances);
             }
-            self.next = first + counts * self.step;
+            self.next = first + count * self.step;
         }
     }
 
@@ -140,26 +144,31 @@ impl Pair {
     }
 
     /// The weights of the sums of this pair, if both clusters are at least half full.
-    fn line(self, points: &Points, start: usize, m: usize) -> Option<Line> {
+    fn weights(self, points: &Points, start: usize, m: usize) -> Option<Weights> {
         let [a, b, c] = self.0;
-        let (gone1, gone2) = (b - a, c - b);
-        if 2 * gone1 > m || 2 * gone2 > m {
+        let (missing1, missing2) = (b - a, c - b);
+        if 2 * missing1 > m || 2 * missing2 > m {
             return None;
         }
-        let (r1, r2) = (1.0 / (m - gone1) as f64, 1.0 / (m - gone2) as f64);
+        let (r1, r2) = (1.0 / (m - missing1) as f64, 1.0 / (m - missing2) as f64);
         let place = |k: usize| points.places[k];
         // Sum of the sample times of a cluster, from the start of the pair, minus the times of missing
         // samples.
         let (m, start) = (m as f64, start as f64);
         let all = 0.5 * m * (m - 1.0);
-        let t1 = all - (place(b) - place(a) - start * gone1 as f64);
-        let t2 = all + m * m - (place(c) - place(b) - start * gone2 as f64);
-        Some(Line { r1, r2, distance: t2 * r2 - t1 * r1, slope: gone2 as f64 * r2 - gone1 as f64 * r1 })
+        let t1 = all - (place(b) - place(a) - start * missing1 as f64);
+        let t2 = all + m * m - (place(c) - place(b) - start * missing2 as f64);
+        Some(Weights {
+            r1,
+            r2,
+            distance: t2 * r2 - t1 * r1,
+            slope: missing2 as f64 * r2 - missing1 as f64 * r1,
+        })
     }
 }
 
-/// Consecutive pairs with the same missing samples.
-struct Line {
+/// Weights of the sums of consecutive pairs that lack the same samples.
+struct Weights {
     /// Reciprocal of the number of samples in each cluster.
     r1: f64,
     r2: f64,
@@ -171,7 +180,7 @@ struct Line {
 /// Running sums, in two parts, at consecutive starts.
 type Window<'a> = (&'a [f64], &'a [f64]);
 
-impl Line {
+impl Weights {
     /// Sums over every `step`-th of the starts from `from` on.
     fn sums(&self, [first, middle, last]: [Window; 3], from: usize, step: usize) -> Block {
         let mut sums = Block::default();
@@ -188,9 +197,9 @@ impl Line {
     }
 }
 
-/// [`Line::sums`] over all starts, with the vectors of the processor.
+/// [`Weights::sums`] over all starts, with the vectors of the processor.
 struct AllStarts<'a> {
-    line: &'a Line,
+    weights: &'a Weights,
     windows: [Window<'a>; 3],
 }
 
@@ -200,11 +209,11 @@ impl WithSimd for AllStarts<'_> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // Inlined into a function that is compiled for those vectors.
     fn with_simd<S: Simd>(self, simd: S) -> Block {
-        let Self { line, windows } = self;
+        let Self { weights, windows } = self;
         let [(a, low_a), (b, low_b), (c, low_c)] =
             windows.map(|(high, low)| (S::as_simd_f64s(high).0, S::as_simd_f64s(low).0));
-        let (r1, r2) = (simd.splat_f64s(line.r1), simd.splat_f64s(line.r2));
-        let (distance, slope) = (simd.splat_f64s(line.distance), simd.splat_f64s(line.slope));
+        let (r1, r2) = (simd.splat_f64s(weights.r1), simd.splat_f64s(weights.r2));
+        let (distance, slope) = (simd.splat_f64s(weights.distance), simd.splat_f64s(weights.slope));
         let change = |a, b, low_a, low_b| simd.add_f64s(simd.sub_f64s(b, a), simd.sub_f64s(low_b, low_a));
         let zero = simd.splat_f64s(0.0);
         let (mut squares, mut products, mut distances) = (zero, zero, zero);
@@ -220,7 +229,7 @@ impl WithSimd for AllStarts<'_> {
             distances = simd.add_f64s(distances, simd.mul_f64s(d, d));
             place = simd.add_f64s(place, lanes);
         }
-        let rest = line.sums(windows, a.len() * S::F64_LANES, 1);
+        let rest = weights.sums(windows, a.len() * S::F64_LANES, 1);
         Block {
             squares: simd.reduce_sum_f64s(squares) + rest.squares,
             products: simd.reduce_sum_f64s(products) + rest.products,

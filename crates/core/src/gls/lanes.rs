@@ -30,7 +30,7 @@ pub(crate) fn add_rows<'a, S: Simd>(
     }
 }
 
-/// [`add_rows`] for vectors from number `start`, which stay in registers.
+/// [`add_rows`] for the `T` vectors from index `start`, whose sums stay in registers.
 #[inline(always)]
 #[allow(clippy::inline_always)] // As above.
 fn add_tile<'a, S: Simd, const T: usize>(

@@ -75,11 +75,11 @@ fn with_process(
         (Part::Term(Term::RateRandomWalk), Some(walk)) => walk.gives_way(fall, walk.needed_of_process(fit)),
         _ => fall + rise >= price,
     };
-    let opens: Vec<Part> = replaced.iter().copied().filter(may_open).collect();
+    let optional: Vec<Part> = replaced.iter().copied().filter(may_open).collect();
     // A slow process always resembles a rate random walk; `process_like_walk` states it, and this function only if it is
     // better.
-    let is_alike = !opens.is_empty() || fall >= price;
-    is_alike.then_some(Alike { fit: found, warm_up: None, opens })
+    let is_alike = !optional.is_empty() || fall >= price;
+    is_alike.then_some(Alike { fit: found, warm_up: None, optional })
 }
 
 /// The fit with a warm-up in place of the rate random walk, if it is better.
@@ -89,9 +89,9 @@ fn with_warm_up_for_walk(fit: &Fit, bins: &Bins, walk: Walk) -> Option<Alike> {
     let restricted = fit.restricted - bare.restricted; // `gain` refers to unrestricted likelihoods
     let price = NUMBER * (NUMBERS_OF_WARM_UP - 1.0);
     let fall = gain - loss - restricted;
-    let opens = walk.gives_way(fall, walk.sure() + SEARCH_PRICE);
-    let terms = if opens { vec![Part::Term(Term::RateRandomWalk)] } else { Vec::new() };
-    (opens || fall >= price).then_some(Alike { fit: found, warm_up: Some(time), opens: terms })
+    let gives_way = walk.gives_way(fall, walk.certain_loss() + SEARCH_PRICE);
+    let optional = if gives_way { vec![Part::Term(Term::RateRandomWalk)] } else { Vec::new() };
+    (gives_way || fall >= price).then_some(Alike { fit: found, warm_up: Some(time), optional })
 }
 
 /// The best fit without `replaced` and with a process.

@@ -6,16 +6,17 @@ use std::f64::consts::{LN_2, PI};
 const HIGHEST_ORDER: u32 = 4;
 const LONGEST_MEAN: u32 = 1000;
 
-/// Largest corner of exponential smoothing, times the sample interval: faster smoothing never falls to half the power.
+/// Largest corner of exponential smoothing, times the sample interval: the response of faster smoothing never falls to
+/// half the power.
 const FASTEST_SMOOTHING: f64 = 0.4;
 
 /// Corner of a running mean times its length in samples.
 const CORNER_OF_MEAN: f64 = 0.443;
 
-/// Number of images of an analog filter on either side that sampling folds.
+/// Number of images of the response of an analog filter, on either side, that are included in the folding by sampling.
 const IMAGES: i32 = 8;
 
-/// Largest tested logarithm of the corner over that of the series, and number of tested corners.
+/// Largest logarithm of the ratio of a tested corner to the corner of the shape, and number of tested corners.
 const FARTHEST_CORNER: f64 = 0.3;
 const CORNERS: usize = 61;
 
@@ -56,19 +57,22 @@ pub(crate) enum Shape {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Response {
     shape: Shape,
-    /// Tangent of a corner by the bilinear transform, density at the frequency 0 of a folded filter, factor of smoothing.
-    of_corner: f64,
+    /// Depends on the corner alone: its tangent for the bilinear transform, the density at the frequency 0 for a folded
+    /// filter, p for smoothing.
+    corner_factor: f64,
 }
 
 impl Response {
     /// ln |H|² at a frequency times the sample interval.
     pub(crate) fn log_power(&self, x: f64) -> f64 {
         match self.shape {
-            Shape::Digital { order, .. } => -((PI * x).tan() / self.of_corner).powi(2 * order as i32).ln_1p(),
-            Shape::Folded { order, corner } => (folded(order, corner, x) / self.of_corner).ln(),
+            Shape::Digital { order, .. } => {
+                -((PI * x).tan() / self.corner_factor).powi(2 * order as i32).ln_1p()
+            }
+            Shape::Folded { order, corner } => (folded(order, corner, x) / self.corner_factor).ln(),
             Shape::Smoothing { .. } => {
                 // |H|² = (1 − p)² / (1 − 2p cos + p²), which is ½ at the corner.
-                let p = self.of_corner;
+                let p = self.corner_factor;
                 ((1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)).ln()
             }
             Shape::RunningMean { length } => {
@@ -77,7 +81,7 @@ impl Response {
                 ratio.powi(2).max(ZERO).ln()
             }
             Shape::TwoPoles { damping, .. } => {
-                let squared = ((PI * x).tan() / self.of_corner).powi(2);
+                let squared = ((PI * x).tan() / self.corner_factor).powi(2);
                 -((1.0 - squared).powi(2) + 4.0 * damping * damping * squared).ln()
             }
             Shape::Means { length, stages } => {
@@ -107,7 +111,7 @@ impl Shape {
         Self::Means { length: half_power_of_means(stages) / corner, stages }
     }
 
-    /// The shapes with a corner.
+    /// All compared shapes with this corner.
     pub(crate) fn all(corner: f64) -> Vec<Self> {
         let mut shapes: Vec<Self> = (1..=HIGHEST_ORDER)
             .flat_map(|order| [Self::Digital { order, corner }, Self::Folded { order, corner }])
@@ -122,7 +126,7 @@ impl Shape {
         shapes
     }
 
-    /// Order of a Butterworth filter, or number of samples of a running mean.
+    /// Order of a Butterworth filter, number of samples of a running mean, or number of means in series.
     pub(crate) fn order(self) -> Option<u32> {
         match self {
             Self::Digital { order, .. } | Self::Folded { order, .. } => Some(order),
@@ -139,7 +143,7 @@ impl Shape {
 
     /// The response, with the factors that depend only on the corner.
     pub(crate) fn response(self) -> Response {
-        let of_corner = match self {
+        let corner_factor = match self {
             Self::Digital { corner, .. } | Self::TwoPoles { corner, .. } => (PI * corner).tan(),
             Self::Folded { order, corner } => folded(order, corner, 0.0),
             Self::Smoothing { corner } => {
@@ -148,15 +152,15 @@ impl Shape {
             }
             Self::RunningMean { .. } | Self::Means { .. } => 1.0,
         };
-        Response { shape: self, of_corner }
+        Response { shape: self, corner_factor }
     }
 
-    /// Whether the response has zeros below half the rate, between which the taper shares power.
+    /// Whether the response has zeros below half the rate, which the taper fills with power from nearby.
     pub(crate) fn has_zeros(self) -> bool {
         matches!(self, Self::RunningMean { .. } | Self::Means { .. })
     }
 
-    /// Frequency of half the power of a shape of [`Family::shape`].
+    /// Frequency at which a shape, as [`Family::shape`] makes it, has half the power.
     pub(crate) fn half_power(self) -> f64 {
         match self {
             Self::Digital { corner, .. } | Self::Folded { corner, .. } | Self::Smoothing { corner } => corner,
@@ -169,10 +173,10 @@ impl Shape {
         }
     }
 
-    /// The corner near that of the shape for which the shape is closest, up to a constant, to ln |H|² at frequencies x;
-    /// None for a running mean, which has a length instead.
+    /// The corner for which the shape is closest, up to a constant, to ln |H|² at frequencies x. Tested corners are
+    /// within a factor e^±[`FARTHEST_CORNER`] of that of the shape. None for shapes that are not compared by a corner.
     pub(crate) fn nearest_corner(self, x: &[f64], log_power: &[f64]) -> Option<f64> {
-        let (corner, moved): (f64, Box<dyn Fn(f64) -> Self>) = match self {
+        let (corner, with_corner): (f64, Box<dyn Fn(f64) -> Self>) = match self {
             Self::Digital { order, corner } => {
                 (corner, Box::new(move |corner| Self::Digital { order, corner }))
             }
@@ -184,14 +188,15 @@ impl Shape {
         };
         let step = 2.0 * FARTHEST_CORNER / (CORNERS - 1) as f64;
         let misfit = |shape: Self| {
-            let off: Vec<f64> = x.iter().zip(log_power).map(|(&x, y)| shape.log_power(x) - y).collect();
-            let mean = off.iter().sum::<f64>() / off.len() as f64;
-            off.iter().map(|d| (d - mean).powi(2)).sum::<f64>()
+            let differences: Vec<f64> =
+                x.iter().zip(log_power).map(|(&x, y)| shape.log_power(x) - y).collect();
+            let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+            differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>()
         };
         (0..CORNERS)
             .map(|k| corner * (k as f64 * step - FARTHEST_CORNER).exp())
             .filter(|&tried| tried < 0.5)
-            .min_by(|&a, &b| misfit(moved(a)).total_cmp(&misfit(moved(b))))
+            .min_by(|&a, &b| misfit(with_corner(a)).total_cmp(&misfit(with_corner(b))))
     }
 }
 
@@ -206,7 +211,7 @@ fn half_power_of_sums(length: f64, stages: u32) -> f64 {
     half_power((1.0 / length).min(0.5), stages, |x| (PI * length * x).sin() / (length * (PI * x).sin()))
 }
 
-/// Frequency below `high` at which the power of decreasing gains in series is ½.
+/// Frequency below `high` at which the power of `stages` decreasing gains in series is ½.
 fn half_power(mut high: f64, stages: u32, gain: impl Fn(f64) -> f64) -> f64 {
     let mut low = 0.0;
     for _ in 0..BISECTIONS {
@@ -255,7 +260,7 @@ impl Family {
     }
 
     /// Clamps the parameters to the limits of corners and dampings.
-    pub(crate) fn limited(self, numbers: &mut [f64]) {
+    pub(crate) fn clamp_parameters(self, numbers: &mut [f64]) {
         let highest = if self == Self::Smoothing { FASTEST_SMOOTHING } else { HIGHEST_CORNER };
         numbers[0] = numbers[0].clamp(LOWEST_CORNER.ln(), highest.ln());
         if let Some(damping) = numbers.get_mut(1) {
@@ -284,7 +289,7 @@ mod tests {
         for corner in [0.01, 0.05] {
             for shape in Shape::all(corner) {
                 let half = shape.log_power(corner).exp();
-                // Folding and whole samples change it slightly.
+                // Folding and the rounding of a length to whole samples change it slightly.
                 assert!((half - 0.5).abs() < 0.03, "{shape:?}: {half}");
                 assert!(shape.log_power(1e-6).abs() < 1e-6, "{shape:?}");
             }

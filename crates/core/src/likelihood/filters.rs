@@ -100,7 +100,7 @@ fn close(model: Model, bins: &Bins, from: &Fit, is_hopeful: impl Fn(&Fit) -> boo
 
 fn with_family(model: &Model, family: Family, corner: f64, of_white: bool) -> Model {
     let mut numbers = family.start(corner);
-    family.limited(&mut numbers);
+    family.clamp_parameters(&mut numbers);
     Model { filter: numbers, family: Some(family), of_white, theta: Vec::new(), ..model.clone() }
 }
 

@@ -144,7 +144,7 @@ impl Model {
             *a += length * d;
         }
         if let Some(family) = model.family {
-            family.limited(&mut model.filter);
+            family.clamp_parameters(&mut model.filter);
         }
         let mut rest = step[n + self.filter.len() + self.shapes().len()..].iter();
         for (log, d) in model.levels.iter_mut().flat_map(|level| level.logs.iter_mut()).zip(&mut rest) {

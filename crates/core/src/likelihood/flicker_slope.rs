@@ -67,10 +67,11 @@ pub(crate) fn with_free_exponent(
         let price = tried.deviance + NUMBER * numbers(&tried.model);
         let is_flicker = flicker(&tried).is_some_and(|(exponent, ..)| exponent < STEEPEST);
         let is_alike = tried.deviance <= fit.deviance + rise;
-        let opens = observed.is_some_and(|walk| walk.gives_way(fit.deviance + rise - tried.deviance, 0.0));
-        if is_flicker && (is_alike || opens) && best.as_ref().is_none_or(|(least, _)| price < *least) {
-            let opens = if opens { vec![Part::Term(Term::RateRandomWalk)] } else { Vec::new() };
-            best = Some((price, Alike { fit: tried, warm_up: None, opens }));
+        let gives_way =
+            observed.is_some_and(|walk| walk.gives_way(fit.deviance + rise - tried.deviance, 0.0));
+        if is_flicker && (is_alike || gives_way) && best.as_ref().is_none_or(|(least, _)| price < *least) {
+            let optional = if gives_way { vec![Part::Term(Term::RateRandomWalk)] } else { Vec::new() };
+            best = Some((price, Alike { fit: tried, warm_up: None, optional }));
         }
     }
     best.map(|(_, alike)| alike)

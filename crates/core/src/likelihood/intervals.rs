@@ -94,7 +94,7 @@ pub(crate) fn join_alike(
     let walk = observed_walk(plain, bins, at);
     let others = second_explanations(plain, bins, allowed, shows_slow);
     let mut others: Vec<Alike> =
-        others.into_iter().map(|fit| Alike { fit, warm_up: None, opens: Vec::new() }).collect();
+        others.into_iter().map(|fit| Alike { fit, warm_up: None, optional: Vec::new() }).collect();
     if allowed.processes {
         others.extend(alike(plain, bins, walk, at, allowed.drifts));
     }
@@ -109,7 +109,7 @@ pub(crate) fn join_alike(
         2.0 * error_of_walk * share.clamp(0.0, 1.0)
     };
     let mut second = Vec::new();
-    for Alike { fit: other, warm_up, opens } in others {
+    for Alike { fit: other, warm_up, optional } in others {
         let exponent = of_model(&other, bins);
         let gain = plain.deviance - other.deviance;
         let has_other_processes = gauss_markov(&other).count() != gauss_markov(plain).count();
@@ -124,7 +124,7 @@ pub(crate) fn join_alike(
                     || (*part == Part::Term(Term::BiasInstability) && matches!(p, Part::Flicker { .. }))
             };
             let Some(k) = limited.model.parts.iter().position(is_same) else {
-                if opens.contains(part) {
+                if optional.contains(part) {
                     terms[j].low = 0.0;
                 } else if is_walk(*part) && warm_up.is_none() && exponent.is_none() {
                     terms[j].low = terms[j].low.min(least_walk(gain));
@@ -147,7 +147,7 @@ pub(crate) fn join_alike(
             let joined =
                 over_frequencies(part_bounds(&limited, &limited_bins, k, at), &limited, &limited_bins, k);
             // With a free exponent, a term that is not needed may be absent.
-            let may_be_absent = exponent.is_some() && (!is_walk(*part) || opens.contains(part));
+            let may_be_absent = exponent.is_some() && (!is_walk(*part) || optional.contains(part));
             if terms[j].observed && (joined.observed || may_be_absent) {
                 terms[j].low = terms[j].low.min(joined.low);
             }

@@ -16,10 +16,10 @@ use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Smallest number of blocks of a record, unless it is shorter. Their rate is far above the used modes. Means alone fold
-/// quantization noise, whose density is then that of a phase with one sample per block: for 2²⁰ samples of a
-/// navigation-grade gyro, the standard deviation of N was 1.6 times the bound. With first moments, the modes equal those of
-/// the samples to 3·10⁻⁴ of their amplitude.
+/// Smallest number of blocks of a record that has as many samples. The rate of the blocks is far above the used modes.
+/// With block means alone, quantization noise would fold onto the modes, with the density of a phase that has one
+/// sample per block: for 2²⁰ samples of a navigation-grade gyro, the standard deviation of N was 1.6 times the bound.
+/// With first moments too, the modes equal those of the samples to 3·10⁻⁴ of their amplitude.
 const BLOCKS: usize = 131_072;
 
 /// Number of coarse blocks of a record; a segment has the length of 1024 coarse blocks.
@@ -31,7 +31,7 @@ const LONGEST_BLOCK: usize = 1024;
 /// Ratio of the lengths of a segment and a coarse block.
 const SEGMENT: usize = 1024;
 
-/// Segments overlap by three quarters.
+/// Number of segments that begin within the length of a segment: segments overlap by three quarters.
 const STEPS: usize = 4;
 
 /// Longest record that is described by all its modes, up to half the sampling rate. The periodogram of a few segments loses
@@ -95,14 +95,16 @@ pub struct Pass {
     oldest: usize,
     pushed: usize,
     next_segment: usize,
-    /// Means of the blocks, and first moments about their centres over the square of a block.
-    sums: Vec<f64>,
+    /// Means of the blocks, and first moments about their centres over the square of the length of a block.
+    means: Vec<f64>,
     moments: Vec<f64>,
     /// Sum of the samples of the current block, and the sum of its running sums.
-    filling: f64,
-    filling_sum: f64,
+    block_sum: f64,
+    running_total: f64,
+    /// First and latest sample.
     first: f64,
     last: f64,
+    /// Sums of the squares and of the fourth powers of the differences of neighbouring samples.
     squares: f64,
     fourths: f64,
     parts: Vec<Vec<f64>>,
@@ -113,7 +115,7 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// A pass over a record with a number of samples.
+    /// A pass over a record with this number of samples.
     ///
     /// # Errors
     ///
@@ -143,10 +145,10 @@ impl Pass {
             oldest: 0,
             pushed: 0,
             next_segment: 0,
-            sums: Vec::with_capacity(samples / block),
+            means: Vec::with_capacity(samples / block),
             moments: Vec::with_capacity(samples / block),
-            filling: 0.0,
-            filling_sum: 0.0,
+            block_sum: 0.0,
+            running_total: 0.0,
             first: 0.0,
             last: 0.0,
             squares: 0.0,
@@ -194,15 +196,15 @@ impl Pass {
             self.squares += step;
             self.fourths += step * step;
             self.last = x;
-            self.filling += x - self.first;
-            self.filling_sum += self.filling;
+            self.block_sum += x - self.first;
+            self.running_total += self.block_sum;
             inside += 1;
             if inside == self.block {
                 let length = self.block as f64;
-                self.sums.push(self.filling / length);
+                self.means.push(self.block_sum / length);
                 self.moments
-                    .push((0.5 * (length + 1.0) * self.filling - self.filling_sum) / (length * length));
-                (self.filling, self.filling_sum) = (0.0, 0.0);
+                    .push((0.5 * (length + 1.0) * self.block_sum - self.running_total) / (length * length));
+                (self.block_sum, self.running_total) = (0.0, 0.0);
                 inside = 0;
             }
         }
@@ -233,9 +235,9 @@ impl Pass {
             self.pushed
         };
         if keep > self.oldest + self.segment || self.next_segment == self.segments {
-            let gone = keep.min(self.pushed) - self.oldest;
-            self.recent.drain(..gone);
-            self.oldest += gone;
+            let dropped = keep.min(self.pushed) - self.oldest;
+            self.recent.drain(..dropped);
+            self.oldest += dropped;
         }
     }
 
@@ -308,8 +310,8 @@ impl Pass {
                 *x *= self.tau0 / count.max(1) as f64;
             }
         }
-        let mean = self.sums.iter().sum::<f64>() / self.blocks as f64;
-        self.sums.iter_mut().for_each(|b| *b -= mean);
+        let mean = self.means.iter().sum::<f64>() / self.blocks as f64;
+        self.means.iter_mut().for_each(|b| *b -= mean);
         let steps = (self.samples - 1) as f64;
         let (second, fourth) = (self.squares / steps, self.fourths / steps);
         let root = (self.block as f64 * self.tau0).sqrt();
@@ -318,7 +320,7 @@ impl Pass {
         } else {
             self.samples / coarse_block(self.samples) / MODES
         };
-        let mut modes = cosine_modes(&self.sums, count);
+        let mut modes = cosine_modes(&self.means, count);
         if self.block > 1 {
             // Within a block cos(φ + δ) = cos φ − δ sin φ.
             for ((k, x), sine) in (1..).zip(&mut modes).zip(sine_modes(&mut self.moments, count)) {

@@ -3,7 +3,8 @@
 use thiserror::Error;
 
 /// A step of a definition from the caller: kind (`u1` … `f8`, `time`, `duration`, `utime`, `string`, `[`, `]`,
-/// `log_time`, `?`), count (-1 for a sequence with a count in the message), and its first column or -1.
+/// `log_time`, or `?` before content that is unknown), count (-1 for a sequence with a count in the message), and its
+/// first column or -1.
 pub type RawStep = (String, i64, i64);
 
 /// An invalid definition.
@@ -88,7 +89,7 @@ pub enum Step {
     },
     LogTime(Slot),
     Strings(usize),
-    /// A count, then this number of numbers.
+    /// A count, then as many numbers.
     Sequence {
         align: usize,
         bytes: usize,
@@ -100,7 +101,7 @@ pub enum Step {
     },
 }
 
-/// The steps to the wanted columns, and whether the content after the last step is unknown.
+/// The steps that read the wanted columns, and whether the content after the last step is unknown.
 pub fn compile(
     steps: &[RawStep],
     wanted: &[usize],
@@ -108,7 +109,7 @@ pub fn compile(
 ) -> Result<(Vec<Step>, bool), ProgramError> {
     let compiler = Compiler { wanted, exact };
     let mut stack: Vec<(Option<usize>, Vec<Step>)> = vec![(Some(1), Vec::new())];
-    let mut open = false;
+    let mut has_unknown_rest = false;
     let refused = |step: usize, kind: &str| ProgramError { step, kind: kind.to_owned() };
     for (index, (kind, count, column)) in steps.iter().enumerate() {
         let depth = stack.len();
@@ -120,7 +121,7 @@ pub fn compile(
                 let Some((_, into)) = stack.last_mut() else { return Err(refused(index, kind)) };
                 match (count, body.is_empty()) {
                     (Some(0), _) | (Some(_), true) => {}
-                    // A message contains only the count of an empty body.
+                    // Of a sequence with an empty body, a message contains only the count.
                     (None, true) => skip(into, 4, 4),
                     (count, false) => into.push(Step::Repeat { count, body }),
                 }
@@ -136,7 +137,7 @@ pub fn compile(
                 }
             }
             "?" if depth == 1 => {
-                open = true;
+                has_unknown_rest = true;
                 break;
             }
             word => {
@@ -146,7 +147,7 @@ pub fn compile(
         }
     }
     match stack.pop() {
-        Some((_, steps)) if stack.is_empty() => Ok((steps, open)),
+        Some((_, steps)) if stack.is_empty() => Ok((steps, has_unknown_rest)),
         _ => Err(refused(steps.len(), "[")),
     }
 }
@@ -199,7 +200,7 @@ fn skip(into: &mut Vec<Step>, align: usize, bytes: usize) {
         return;
     }
     if let Some(Step::Skip { align: last, bytes: already }) = into.last_mut() {
-        // Numbers of equal size are adjacent.
+        // There is no padding between numbers of equal alignment.
         if *last == align {
             *already = already.saturating_add(bytes);
             return;

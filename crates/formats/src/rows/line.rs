@@ -1,4 +1,4 @@
-//! Reading of one line in any accepted form; it must match the layout.
+//! Reading of one line in any accepted form; the line must match the layout.
 
 use memchr::memmem;
 
@@ -49,7 +49,7 @@ impl Layout<'_> {
         };
         let got = match fields {
             Ok(got) => got,
-            // A line that is not a row gets an error about its first field, which is clearer.
+            // An error about the number of fields is clearer than one about a field.
             Err(fault) => match count(trimmed, self.dialect.delimiter, self.fields()) {
                 got if got != self.fields() => got,
                 _ => return Err(fault),
@@ -73,7 +73,7 @@ impl Layout<'_> {
         self.dialect.columns - usize::from(self.dialect.arrow)
     }
 
-    /// Reads the time before an arrow, which is the last column; returns the number of fields.
+    /// Reads the time before an arrow, as the last column; returns the number of fields, 1.
     fn stamp(&self, stamp: &[u8], rows: &mut Rows) -> Result<usize, TextError> {
         let column = self.fields();
         if let (true, Some(order)) = (self.exact == Some(column), self.dialect.dates) {
@@ -114,7 +114,7 @@ impl Layout<'_> {
                 rows.number(line, start, byte, column, place)?
             } else {
                 let end = field_end(line, start, byte);
-                rows.words(column, &line[start..end])?;
+                rows.check_text(column, &line[start..end])?;
                 end
             };
             if self.exact == Some(column) && self.dialect.dates.is_none() {
@@ -145,7 +145,7 @@ impl Layout<'_> {
                     let value = number(field).map_err(|_| rows.fault(column, field))?;
                     rows.columns[place].push(value);
                 } else {
-                    rows.words(column, field)?;
+                    rows.check_text(column, field)?;
                 }
                 if self.exact == Some(column) && self.dialect.dates.is_none() {
                     rows.integer(bare(field));
@@ -160,7 +160,7 @@ impl Layout<'_> {
 /// The time before an arrow, if there is one, and the rest of a line.
 fn split_arrow(line: &[u8]) -> (Option<&[u8]>, &[u8]) {
     match memmem::find(line, b"->") {
-        Some(at) => (Some(trim(&line[..at])), trim(&line[at + 2..])),
+        Some(arrow) => (Some(trim(&line[..arrow])), trim(&line[arrow + 2..])),
         None => (None, line),
     }
 }
@@ -190,8 +190,8 @@ impl Rows {
         Ok(end)
     }
 
-    /// Reads a field as an integer; at the first other value, the exact column is dropped. A missing value is
-    /// [`NO_INTEGER`], so that one empty field does not cost the others their last digits.
+    /// Reads a field as an integer; at the first value that is not an integer, the exact column is dropped. A missing
+    /// value is [`NO_INTEGER`], so that an empty field does not drop the column, with the last digits of its values.
     fn integer(&mut self, field: &[u8]) {
         if let Some(integers) = &mut self.integers {
             match std::str::from_utf8(field).ok().and_then(|text| text.parse().ok()) {
@@ -227,7 +227,7 @@ impl Rows {
     }
 
     /// Refuses a long field that is not text.
-    fn words(&self, column: usize, field: &[u8]) -> Result<(), TextError> {
+    fn check_text(&self, column: usize, field: &[u8]) -> Result<(), TextError> {
         let text = field.len() <= LONG
             || (std::str::from_utf8(field).is_ok() && !field.iter().any(|&b| b < b' ' && b != b'\t'));
         if text { Ok(()) } else { Err(self.fault(column, field)) }

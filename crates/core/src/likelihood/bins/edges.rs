@@ -8,11 +8,11 @@ pub(crate) const LEAST_COUNT: f64 = 2.0;
 /// Number of modes with a separate bin.
 const SINGLE: usize = 48;
 
-/// Number of bins per decade beyond them.
+/// Number of bins per decade above these modes.
 const PER_DECADE: f64 = 32.0;
 
-/// Largest width of a bin of the periodogram, over its frequency.
-const WIDEST: f64 = 64.0;
+/// Number of the highest mode or density, over the largest width of a bin.
+const TOP_OVER_WIDEST: f64 = 64.0;
 
 /// First density of the periodogram that is used, above the highest mode.
 pub(crate) fn first_density(record: &Summary) -> usize {
@@ -58,8 +58,8 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     mask
 }
 
-/// Frequency above which a filter far below half the rate leaves no noise: densities fall more steeply than those of any
-/// term, and remain low. None without such a filter.
+/// Index of the first density at which a filter with a corner far below half the rate leaves no noise: from there on,
+/// densities fall more steeply than those of any term, and remain low. None without such a filter.
 fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
     const PER_OCTAVE: usize = 8;
     const FEWEST: usize = 16; // number of densities in a piece
@@ -91,15 +91,17 @@ fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
 pub(crate) fn spacing_of(record: &Summary, mask: &[bool], used_modes: &[usize]) -> usize {
     let density = mask.iter().rposition(|&used| used).map_or(0.0, |k| record.frequency(k));
     let mode = used_modes.last().map_or(0.0, |&k| record.mode_frequency(k + 1));
-    let shown = 0.5 / (density.max(mode).max(record.frequency(1)) * record.tau0);
-    1 << (shown.max(1.0) as usize).ilog2()
+    let ratio = 0.5 / (density.max(mode).max(record.frequency(1)) * record.tau0);
+    1 << (ratio.max(1.0) as usize).ilog2()
 }
 
-/// Modes that are used, as numbers minus 1: the unmasked modes of a short record, and all modes below the band of the
-/// periodogram unless the mask continues there.
+/// Indices of the modes that are used: mode numbers minus 1. Modes in the band of the periodogram, which a short record
+/// has, are used if they are unmasked. Modes below the band are all used, or the unmasked ones if the mask extends
+/// below the band.
 pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
     if record.masked.is_some() {
-        // The expectation of their bins is that of all modes, and the matrix includes the lines.
+        // With missing samples, the expectation of a bin is that of all its modes, and the matrix from frequencies to
+        // bins includes the lines.
         return (0..record.modes.len()).collect();
     }
     let (first, last) = (first_density(record), record.density.len() - 1);
@@ -119,14 +121,14 @@ pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
 /// Bins of single modes, then logarithmic bins, as positions in `used_modes`.
 pub(crate) fn low_edges(record: &Summary, used_modes: &[usize]) -> Vec<usize> {
     let modes = record.modes.len();
-    let widest = if modes > record.low_modes() { modes as f64 / WIDEST } else { f64::INFINITY };
+    let widest = if modes > record.low_modes() { modes as f64 / TOP_OVER_WIDEST } else { f64::INFINITY };
     let mut edges: Vec<usize> = (0..=SINGLE.min(modes)).collect();
-    let mut at = SINGLE as f64;
+    let mut position = SINGLE as f64;
     let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
     while edges[edges.len() - 1] < modes {
         let done = edges[edges.len() - 1];
-        at = (at + (at * step).min(widest)).max((done + 1) as f64);
-        edges.push((at.round() as usize).min(modes));
+        position = (position + (position * step).min(widest)).max((done + 1) as f64);
+        edges.push((position.round() as usize).min(modes));
     }
     let mut positions: Vec<usize> =
         edges.iter().map(|&edge| used_modes.partition_point(|&k| k < edge)).collect();
@@ -143,15 +145,15 @@ pub(crate) fn high_edges(record: &Summary) -> Vec<(usize, usize)> {
 
 /// Ranges of densities above the highest mode.
 pub(crate) fn high_ranges(highest_mode: f64, segment: usize, tau0: f64) -> Vec<(usize, usize)> {
-    const FEWEST: f64 = 4.0;
+    const NARROWEST: f64 = 4.0;
     let (first, last) = (first_above(highest_mode, segment, tau0), segment / 2);
-    let widest = (last as f64 / WIDEST).max(LEAST_COUNT);
+    let widest = (last as f64 / TOP_OVER_WIDEST).max(LEAST_COUNT);
     let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
     let mut edges = vec![first];
-    let mut at = first as f64;
+    let mut position = first as f64;
     while edges[edges.len() - 1] < last {
-        at += (at * step).max(FEWEST).min(widest);
-        edges.push((at.round() as usize).min(last));
+        position += (position * step).max(NARROWEST).min(widest);
+        edges.push((position.round() as usize).min(last));
     }
     let n = edges.len();
     if n > 2 && ((edges[n - 1] - edges[n - 2]) as f64) < 0.5 * (edges[n - 2] - edges[n - 3]) as f64 {
@@ -162,14 +164,14 @@ pub(crate) fn high_ranges(highest_mode: f64, segment: usize, tau0: f64) -> Vec<(
 
 /// Ranges of consecutive numbers.
 pub(crate) fn consecutive_ranges(numbers: &[usize]) -> Vec<(usize, usize)> {
-    let mut found: Vec<(usize, usize)> = Vec::new();
+    let mut ranges: Vec<(usize, usize)> = Vec::new();
     for &k in numbers {
-        match found.last_mut() {
+        match ranges.last_mut() {
             Some(last) if last.1 == k => last.1 = k + 1,
-            _ => found.push((k, k + 1)),
+            _ => ranges.push((k, k + 1)),
         }
     }
-    found
+    ranges
 }
 
 pub(crate) fn median(x: &[f64]) -> f64 {
@@ -178,10 +180,10 @@ pub(crate) fn median(x: &[f64]) -> f64 {
     }
     let mut sorted = x.to_vec();
     let middle = sorted.len() / 2;
-    let (below, &mut at, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+    let (below, &mut upper, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
     if x.len() % 2 == 1 {
-        return at;
+        return upper;
     }
-    let before = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (at + before)
+    let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    0.5 * (lower + upper)
 }

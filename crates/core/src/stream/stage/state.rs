@@ -1,9 +1,9 @@
 //! The sums of a stage as words of 64 bits, so that another process can continue them bit for bit.
 
-use super::{Level, Part, REACH, STARTS};
+use super::{Part, REACH, STARTS, Stage};
 use crate::compensated::Sum;
 
-impl Level {
+impl Stage {
     /// Appends the sums of this stage and of the following stages.
     pub(in crate::stream) fn write(&self, words: &mut Vec<u64>) {
         words.extend([self.count, self.done, u64::from(self.origin.is_some())]);
@@ -21,8 +21,8 @@ impl Level {
         }
     }
 
-    /// Restores the output of [`Level::write`] for the same sizes and the same first sample. `None` for other words; this
-    /// stage must then not be used.
+    /// Restores the output of [`Stage::write`] for the same sizes and the same first sample. `None` for other words;
+    /// this stage must then not be used.
     pub(in crate::stream) fn read(&mut self, words: &mut impl Iterator<Item = u64>) -> Option<()> {
         (self.count, self.done) = (words.next()?, words.next()?);
         let has_origin = words.next()? == 1;

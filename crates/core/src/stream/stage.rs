@@ -17,14 +17,15 @@ pub const LARGEST: usize = 4096;
 /// Number of samples per sample of the next stage.
 pub const GROUP: usize = 64;
 
-/// Number of starts that are summed at a time. Each time, 2·[`LARGEST`] further points are summed, which are summed again
-/// the next time.
+/// Number of starts that are summed at a time. This needs the phase of 2·[`LARGEST`] further points, which is computed
+/// again the next time.
 const STARTS: usize = 1 << 16;
 
-/// Number of samples on both sides of a start that a difference can reach.
+/// Number of samples from its start that a difference can reach.
 const REACH: usize = 2 * LARGEST;
 
-/// Largest sum of a group, which may exceed the largest sample; the sum of its squares does not overflow.
+/// Largest sample of a stage; the sum of its squares does not overflow. A sample of a later stage is the sum of a
+/// group, and may exceed the largest sample of a record.
 const LARGEST_SAMPLE: f64 = 1e142;
 
 /// One size of a snapshot.
@@ -52,7 +53,7 @@ impl Part {
 
 /// One stage.
 #[derive(Debug, Clone)]
-pub(super) struct Level {
+pub(super) struct Stage {
     /// Number of samples of the record per sample of this stage.
     stride: usize,
     /// Index of the first sample, in samples of this stage.
@@ -73,12 +74,12 @@ pub(super) struct Level {
     lead: Part,
     /// Samples after the last complete group.
     trail: Part,
-    next: Option<Box<Level>>,
+    next: Option<Box<Stage>>,
     /// Memory for the phase.
     phase: Phase,
 }
 
-impl Level {
+impl Stage {
     /// The first stage for sorted sizes in samples of the record, and the following stages.
     pub(super) fn new(m: &[usize], start: u64) -> Self {
         Self::stage(m, start, 1)
@@ -86,11 +87,11 @@ impl Level {
 
     /// A stage, with `m` and `start` in samples of this stage.
     fn stage(m: &[usize], start: u64, stride: usize) -> Self {
-        let (here, behind) = m.split_at(m.partition_point(|&m| m <= LARGEST));
+        let (here, later) = m.split_at(m.partition_point(|&m| m <= LARGEST));
         let squares = Squares::new(here);
-        let next = (!behind.is_empty()).then(|| {
-            let behind: Vec<usize> = behind.iter().map(|m| m / GROUP).collect();
-            Box::new(Self::stage(&behind, start.div_ceil(GROUP as u64), stride * GROUP))
+        let next = (!later.is_empty()).then(|| {
+            let later: Vec<usize> = later.iter().map(|m| m / GROUP).collect();
+            Box::new(Self::stage(&later, start.div_ceil(GROUP as u64), stride * GROUP))
         });
         Self {
             stride,
@@ -114,11 +115,11 @@ impl Level {
     }
 
     pub(super) fn same_sizes(&self, other: &Self) -> bool {
-        let behind = match (&self.next, &other.next) {
+        let same_later = match (&self.next, &other.next) {
             (Some(mine), Some(theirs)) => mine.same_sizes(theirs),
             (mine, theirs) => mine.is_none() && theirs.is_none(),
         };
-        behind && self.squares.sizes() == other.squares.sizes()
+        same_later && self.squares.sizes() == other.squares.sizes()
     }
 
     /// Adds the next samples, which must be finite.
@@ -159,9 +160,9 @@ impl Level {
             |samples: &[f64]| Part { sum: samples.iter().map(|y| y - origin).sum(), count: samples.len() };
         let (lead, samples) = samples.split_at((lead_length - self.lead.count).min(samples.len()));
         self.lead.add(&part(lead));
-        let begun = if self.trail.count > 0 { GROUP - self.trail.count } else { 0 };
-        let (begun, samples) = samples.split_at(begun.min(samples.len()));
-        self.trail.add(&part(begun));
+        let lacking = if self.trail.count > 0 { GROUP - self.trail.count } else { 0 };
+        let (completing, samples) = samples.split_at(lacking.min(samples.len()));
+        self.trail.add(&part(completing));
         let mut groups = Vec::with_capacity(samples.len() / GROUP + 1);
         if self.trail.count == GROUP {
             groups.push(self.trail.sum);
@@ -169,10 +170,10 @@ impl Level {
         }
         let whole = samples.chunks_exact(GROUP);
         let rest = whole.remainder();
-        let mut moved = [0.0; GROUP];
+        let mut differences = [0.0; GROUP];
         groups.extend(whole.map(|group| {
-            moved.iter_mut().zip(group).for_each(|(moved, y)| *moved = y - origin);
-            sum_in_lanes(&moved)
+            differences.iter_mut().zip(group).for_each(|(difference, y)| *difference = y - origin);
+            sum_in_lanes(&differences)
         }));
         if !rest.is_empty() {
             self.trail = part(rest);
@@ -185,7 +186,7 @@ impl Level {
         self.head.extend_from_slice(&samples[..missing.min(samples.len())]);
     }
 
-    /// Sums the first starts of the pending samples, which have all their points, and drops those samples.
+    /// Sums the differences of the first pending starts, whose points have all arrived, and drops these samples.
     fn finish_starts(&mut self, starts: usize) -> Result<(), Error> {
         self.phase.fill(&self.pending, LARGEST_SAMPLE, LONGEST_BLOCK)?;
         let sums = self.squares.sums(&self.phase, self.pending.len() + 1, starts);
@@ -282,16 +283,16 @@ fn add(totals: &mut [Sum], sums: &[Sum]) {
 /// Sums of phase points over both ends of a stretch.
 struct Ends {
     /// Sum of the first k points.
-    near: Vec<Sum>,
+    first_sums: Vec<Sum>,
     /// Sum of the last k points, relative to the last one.
-    far: Vec<Sum>,
+    last_sums: Vec<Sum>,
 }
 
 impl Ends {
-    /// The phase is relative to a slope near the mean, which is the same for both ends.
-    fn new(level: &Level) -> Self {
-        let slope = level.head.iter().sum::<f64>() / level.head.len().max(1) as f64;
-        let tail = &level.pending[level.pending.len().saturating_sub(REACH)..];
+    /// The phase is relative to a slope near the mean, the same slope at both ends.
+    fn new(stage: &Stage) -> Self {
+        let slope = stage.head.iter().sum::<f64>() / stage.head.len().max(1) as f64;
+        let tail = &stage.pending[stage.pending.len().saturating_sub(REACH)..];
         let sums = |steps: &mut dyn Iterator<Item = f64>| {
             let (mut point, mut sum) = (Sum::default(), Sum::default());
             let mut sums = vec![sum];
@@ -303,15 +304,15 @@ impl Ends {
             }
         };
         Self {
-            near: sums(&mut level.head.iter().map(|y| y - slope)),
-            far: sums(&mut tail.iter().rev().map(|y| slope - y)),
+            first_sums: sums(&mut stage.head.iter().map(|y| y - slope)),
+            last_sums: sums(&mut tail.iter().rev().map(|y| slope - y)),
         }
     }
 
     /// Sum of all second differences of size m. It telescopes to the ends, see [`crate::trend`]; the difference in height
     /// of the ends cancels.
     fn sum_of_differences(&self, m: usize) -> f64 {
-        let at = |sums: &[Sum]| sums[m].doubled().plus(sums[2 * m].negated());
-        at(&self.near).plus(at(&self.far)).value()
+        let end_sum = |sums: &[Sum]| sums[m].doubled().plus(sums[2 * m].negated());
+        end_sum(&self.first_sums).plus(end_sum(&self.last_sums)).value()
     }
 }

@@ -156,7 +156,7 @@ def test_types_of_columns_do_not_depend_on_their_values(lab, capsys, what):
     (["trend", "--store", "lab.db", "--channel", "gyrox"], 1, "no trend of random_walk: no selected run has it in gyrox"),
     (["export", "--store", "lab.db", "-o", "c.xlsx"], 2, "must end in .parquet, .csv"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--unit", "B"], 1, "nothing is written"),
-    (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "mean"], 2, "--term is of coefficients"),
+    (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "mean"], 2, "--term selects"),
 ])  # fmt: skip
 def test_errors_are_one_line(lab, capsys, argv, code, told):
     found = run(capsys, *argv)

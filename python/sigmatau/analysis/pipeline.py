@@ -1,4 +1,4 @@
-"""Sequence from a record to its `Analysis`: each named stage takes the state and returns the next state."""
+"""The stages from a record to its `Analysis`: each takes the state and returns the next state."""
 
 from __future__ import annotations
 

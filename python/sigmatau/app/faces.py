@@ -1,4 +1,4 @@
-"""Words of the page for options that messages name: its controls, and answers to its questions."""
+"""Words of the page for options that messages name: the controls of the page, and buttons for the options."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def export_label(name: str) -> str:
 
 
 def as_controls(hints: Sequence[Hint]) -> str:
-    """Hints as controls of the page; options that it lacks as they are typed. A value that the user must know is omitted.
+    """Hints as controls of the page; options without a control as they are typed. Placeholders of values are omitted.
 
     Examples
     --------

@@ -40,13 +40,13 @@ class LiveSource:
     baud : int or None
         Speed of the port; None for another source. [bit/s]
     save : str or None
-        The new file that keeps what arrives.
+        The new file to which the samples are written.
     table : dict
         Options of reading as they were typed.
     at_rest : bool
         Whether all samples count as at rest.
     command : str
-        The command of the terminal that does the same.
+        The command that does the same in a terminal.
     """
 
     source: str

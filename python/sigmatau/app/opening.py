@@ -34,12 +34,12 @@ from sigmatau.typed.config import EXPORT, check_names, command_line, from_toml, 
 from sigmatau.units import FIGURE_UNITS
 
 _MOST_COLUMNS = 512  # of a table that are listed
-_LARGEST_WHOLE = 2.0**63
-_MOST_WIDTH = 4000  # stretches of an envelope
+_LARGEST_WHOLE = 2.0**63  # whole numbers below it are shown with all digits
+_MOST_STRETCHES = 4000  # of an envelope
 
 
 def about(*, progress: Progress) -> str:
-    """Information that the page needs at first."""
+    """Information that the page needs when it is opened."""
     content = {
         "version": __version__,
         "formats": worded(FORMATS),
@@ -62,7 +62,7 @@ def configured(
 ) -> str:  # fmt: skip
     """Options as a configuration file and as a command, or a configuration file as options.
 
-    With a target they write its file too, with the `choices` of an export.
+    If a `target` is named, they also export its file, with the `choices` of the export.
     """
     if toml is not None:
         return json.dumps(_session(toml), default=str)
@@ -143,7 +143,7 @@ def inspected(log: LogFile, table: Mapping[str, Any]) -> Inspection:
 
 
 def _shown_table(contents: Inspection) -> TableInfo:
-    """The table whose columns are shown: the one that is read, else one that asks something, else one with a sensor."""
+    """The table whose columns are shown: the one that is read, else one with a question, else one with a sensor."""
     ranks = [
         (
             table.chosen,
@@ -274,8 +274,10 @@ def envelopes(
 ) -> str:  # fmt: skip
     """Smallest and largest samples of each stretch of the record, or of a part of it, as JSON."""
     check_names(table)
-    if not 1 <= width <= _MOST_WIDTH:
-        raise OptionError(f"{{option}} must be a number of stretches, 1 to {_MOST_WIDTH}, not {width}", option="width")
+    if not 1 <= width <= _MOST_STRETCHES:
+        raise OptionError(
+            f"{{option}} must be a number of stretches, 1 to {_MOST_STRETCHES}, not {width}", option="width"
+        )
     contents = inspected(log, table)
     if contents.record is None:
         question = contents.question or _shown_table(contents).question

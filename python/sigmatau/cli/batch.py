@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 _PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
-# types of tables which, if empty, are reported as a failed log instead of a skipped note
+# suffixes of tables: such a file counts as a log even without numbers, so that it fails and is not skipped like prose
 _TABLES = (".csv", ".tsv", ".dat", ".gz")
 _HEAD = 1 << 16  # number of bytes that are read to decide whether a file is a log
 
@@ -42,7 +42,7 @@ class LogOutcome:
     findings: tuple[Finding, ...] = ()
     marks: tuple[Mark, ...] = ()  # Frequencies for the comparison with other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
-    extract: object = None  # Return value of `keep` of `run` for the analysis
+    extract: object = None  # What the `keep` of `run` returned for the analysis
 
     @property
     def code(self) -> int:
@@ -151,7 +151,7 @@ def run(
                 try:
                     idle.send(waiting[0])
                 except OSError:  # the process ended before it got a log
-                    _end(idle, workers)
+                    _join(idle, workers)
                     continue
                 busy[idle] = waiting.pop(0)
             for ready in multiprocessing.connection.wait(list(busy)):
@@ -160,7 +160,7 @@ def run(
                 try:
                     outcome = ready.recv()
                 except (EOFError, OSError):
-                    outcome = LogOutcome(log=log, error=DataError(_ended(_end(ready, workers))).about(str(log)))
+                    outcome = LogOutcome(log=log, error=DataError(_why_ended(_join(ready, workers))).about(str(log)))
                 yield outcome
     finally:
         for process in workers.values():
@@ -182,8 +182,8 @@ def _started(
     return our_end
 
 
-def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int | None:
-    """Exit code of a process that has ended; `workers` loses it."""
+def _join(connection: Connection, workers: dict[Connection, BaseProcess]) -> int | None:
+    """Remove a process that has ended from `workers`, and return its exit code."""
     process = workers.pop(connection)
     connection.close()
     process.join()
@@ -223,7 +223,7 @@ def _outcome(
         return LogOutcome(log=log, error=DataError("not enough memory for this record").about(str(log)))
 
 
-def _ended(code: int | None) -> str:
+def _why_ended(code: int | None) -> str:
     if code is not None and code < 0:
         name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
         why = " (the system does that when memory is short: fewer --jobs)" if name == "SIGKILL" else ""
@@ -248,9 +248,9 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
             else:
                 value, unit = read.texts(term)[-1] if read is not None and term in read else ("", "")
             texts.append(f"{value} {unit}" if value else "")
-        without = analysis.rest.reason if read is None and analysis.rest else "read off"
-        worth = without if fit is None else str(fit.trust)
-        yield channel, length, rate, *texts, worth + (", DAMAGED" if damaged(analysis.findings) else "")
+        without_fit = analysis.rest.reason if read is None and analysis.rest else "read off"
+        trust = without_fit if fit is None else str(fit.trust)
+        yield channel, length, rate, *texts, trust + (", DAMAGED" if damaged(analysis.findings) else "")
 
 
 _LIMITS = "below: 95 % upper limit; the intervals are in the results, --json FOLDER"

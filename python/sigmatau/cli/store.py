@@ -374,7 +374,7 @@ def export_command(
     check_output(output, (".parquet", ".csv"), "output")
     chosen = (choice or Choice()).chosen(history=history)
     if term is not None and what != "coefficients":
-        raise OptionError("--term is of coefficients; leave it out, or give --what coefficients", option="term")
+        raise OptionError("--term selects coefficients; leave it out, or give --what coefficients", option="term")
     with opened(store) as opened_store:
         if what == "coefficients":
             table = opened_store.coefficients(chosen, term=term)
@@ -398,7 +398,7 @@ def _write(table: StoreTable, output: Path) -> None:
     except ImportError:
         raise ImportError("writing .parquet needs pyarrow: pip install 'sigmatau[parquet]'; or write .csv") from None
     columns = table.columns()
-    # An empty column gets the type of the others, so that the files of several months have one schema.
+    # An empty column has the same type as one with values, so that the files of several months have one schema.
     kinds = {key: kind for kind, keys in _KINDS.items() for key in keys}
     arrays = {}
     for key, values in columns.items():

@@ -22,7 +22,7 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import NOISE, TERMS
 
-_ALL = 20_000  # number of samples up to which every averaging time is computed separately
+_MOST_SAMPLES = 20_000  # number of samples up to which every averaging time is computed separately
 
 Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"]
 
@@ -81,22 +81,22 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
         raise RecordTooShortError(
             f"{n} samples are too few for the {chosen.label}: at least {needed} are needed", need=needed, got=n
         )
-    if isinstance(taus, str) and taus == "all" and n > _ALL:
+    if isinstance(taus, str) and taus == "all" and n > _MOST_SAMPLES:
         raise OptionError(
-            f"{{option}} 'all' of {n} samples takes some N² steps for the {chosen.label}; it is done up to {_ALL}: take a"
-            " grid such as 'eighth'",
+            f"{{option}} 'all' of {n} samples takes some N² steps for the {chosen.label};"
+            f" at most {_MOST_SAMPLES} are allowed: take a grid such as 'eighth'",
             option="taus",
         )
-    even = 2 if chosen.kernel == "theo1" else 1
+    factor = 2 if chosen.kernel == "theo1" else 1
     if isinstance(taus, str):
-        # Beyond half the record the total deviation has fewer than three degrees of freedom, so this is only done on
-        # request.
+        # Beyond half the record the total deviation has fewer than three degrees of freedom, so that such
+        # sizes are only taken on request.
         reach = min(largest, max(n // 2, 1)) if kind == "total" else largest
         sizes = cluster_sizes(taus, n=2 * reach, tau0=tau0)
-        sizes = sizes[(sizes >= smallest) & (sizes % even == 0)]
+        sizes = sizes[(sizes >= smallest) & (sizes % factor == 0)]
         return sizes if sizes.size else np.array([smallest], dtype=np.int64)
     times = averaging_times(taus)
-    rounded = even * np.rint(times / (even * chosen.tau_per_m * tau0))
+    rounded = factor * np.rint(times / (factor * chosen.tau_per_m * tau0))
     outside = times[(rounded < smallest) | (rounded > largest)]
     if outside.size:
         low, high = (size * chosen.tau_per_m * tau0 for size in (smallest, largest))
@@ -118,7 +118,9 @@ def check_coefficients(noise: str | Mapping[str, float]) -> dict[str, float]:
         noise = {noise: 1.0}
     if (channels := getattr(noise, "channels", None)) is not None:
         example = next(iter(channels))
-        raise OptionError(f"{{option}} must be of one channel: model[{example!r}], not the whole model", option="noise")
+        raise OptionError(
+            f"{{option}} must be that of one channel: model[{example!r}], not the whole model", option="noise"
+        )
     if not isinstance(noise, Mapping):
         raise OptionError(
             f"{{option}} must be the name of a term or a mapping from terms to coefficients, not {noise!r}",
@@ -170,8 +172,8 @@ def bias(
     kind: str, noise: str | Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float
 ) -> NDArray[np.float64]:
     """Expected variance of ``"total"`` or ``"theo1"`` over the Allan variance at the same averaging time. Total: 1 −
-    a·τ/T with the a of [2]_, for one term, with an error of 0.1 % including the ends of the sum. Theo1: exact for the
-    sampled noise of any mixture.
+    a·τ/T with the a of [2]_, for one term, accurate to 0.1 %, including the reflected ends of the record. Theo1: exact
+    for the sampled noise of any mixture.
     """
     coefficients = {name: value for name, value in check_coefficients(noise).items() if value}
     if kind == "total":

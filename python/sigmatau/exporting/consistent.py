@@ -1,7 +1,7 @@
 """K for which a filter with N and K states its errors correctly, and how wrong its statement is at other times.
 
-No K is consistent for flicker noise at all horizons. The default K is correct at the horizon of use; the file gives the
-error at other times, and that of the bias.
+No K is consistent for flicker noise at all horizons. The default K is correct at the horizon of use; the file states
+how wrong the filter is at other times, and how wrong it is about the bias.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from sigmatau.navigation.reference_filter import (
 from sigmatau.noise.terms import SLOW
 
 HORIZON = 60.0
-"""Default time at which a filter has to state its error correctly: a minute without the other sensor. [s]"""
+"""Default time at which a filter has to state its error correctly: a minute without the aiding sensor. [s]"""
 
 _TIMES = (1 / 6, 1.0, 10.0)  # times at which a file states the error, in horizons: 10 s, 60 s and 10 min
 
 
 @frozen(eq=False)
 class AssumedNoise:
-    """Noise of a channel in use: the observed terms and, by a policy, the others.
+    """Noise that is assumed for a channel: the observed terms and, depending on a policy, the other terms.
 
     Attributes
     ----------

@@ -19,9 +19,9 @@ from sigmatau.results import Printed, plain, wrapped
 Cause = Literal["white vibration", "lines", "slow noise", "smaller", "not shown"]
 
 _SMALLER = 0.9  # factor below which chance and temperature do not explain a smaller random walk
-_LARGER = 1.1  # factor that is too small to matter to a filter, as in the agreement of two S
+_LARGER = 1.1  # largest factor that is too small to matter to a filter; as `AGREEMENT` of `exporting.tuning.filters`
 _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
-_LINES = 1.5  # ratio of the factor on a sample to that on N, above which lines dominate the noise of a sample
+_LINES = 1.5  # ratio of the factor of a sample to the factor of N above which lines dominate the noise of a sample
 
 
 @frozen
@@ -75,7 +75,7 @@ class ChannelCause:
     factor : Factor
         Factor of that coefficient.
     frequency : float or None
-        Frequency of the largest line that only the second record has. [Hz]
+        Frequency of the largest line that only the second record has, or that is larger there. [Hz]
     """
 
     channel: str
@@ -101,7 +101,7 @@ class ChannelCause:
             )
         if self.cause == "slow noise":
             term = TERMS[self.factor.term].label("signal")
-            return f"{self.channel}: the {term} is larger, as by heat; multiply K by {times}"
+            return f"{self.channel}: the {term} is larger, for example because of heat; multiply K by {times}"
         if self.cause == "smaller":
             return (
                 f"{self.channel}: N is {two_digits(1 / (self.factor.value or 1.0))} times smaller with motors on:"
@@ -140,7 +140,7 @@ class Inflation(Printed):
         return tuple(causes)
 
     def _new_line(self, channel: str) -> float | None:
-        """Frequency of the largest line that is not in the record at rest."""
+        """Frequency of the largest line that is not in the record at rest, or is larger than there."""
         at_rest = {line.frequency: line.amplitude for line in self.rest[channel].sinusoid}
         lines = [
             line
@@ -159,7 +159,7 @@ class Inflation(Printed):
         return largest
 
     def statements(self) -> tuple[str, ...]:
-        """Sentences on the larger coefficients, their causes and the actions; also if no coefficient is larger."""
+        """Sentences on the causes of larger coefficients with actions, and one on the channels where none is larger."""
         causes = self.causes
         loud = {cause.channel for cause in causes}
         quiet = [name for name in dict.fromkeys(factor.channel for factor in self.factors) if name not in loud]
@@ -242,7 +242,7 @@ def inflation(rest: Source, running: Source) -> Inflation:
 
 
 def inflated(running: Source, rest: Source, *, name: str) -> tuple[Source, str]:
-    """The source of a running sensor with the factors over the sensor at rest in its head, and a doubt or an empty text.
+    """The source of a sensor with running motors, with the factors relative to rest in its head; and a doubt, or "".
 
     `name`: the name of the result at rest.
     """

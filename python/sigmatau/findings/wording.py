@@ -30,8 +30,8 @@ def causes(findings: Iterable[Finding], *, rest: str, max_kinds: int = 5, room: 
     rest : str
         Where the other findings are listed.
     room : int
-        Lines of the terminal: the worst warning is listed with its action, and so are the others as far as there is
-        room.
+        Lines of the terminal: the worst warning is listed with its action, and other warnings too as far as the
+        lines suffice. 0: without actions, except for errors.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def causes(findings: Iterable[Finding], *, rest: str, max_kinds: int = 5, room: 
     for finding in ranked(findings):
         if finding.severity != "info" or finding.left_out:
             kinds.setdefault((finding.severity, finding.code), []).append(finding)
-    shown = _naming_all(list(kinds.values()), max_kinds)
+    shown = _choose_kinds(list(kinds.values()), max_kinds)
     lines = [_cause(alike) for alike in shown]
     for k, alike in enumerate(shown if room else ()):
         action = _worst(alike).action if alike[0].severity == "warning" else ""
@@ -57,9 +57,9 @@ def causes(findings: Iterable[Finding], *, rest: str, max_kinds: int = 5, room: 
     return lines
 
 
-def _naming_all(kinds: Sequence[list[Finding]], number: int) -> list[list[Finding]]:
-    """The first kinds of findings. A later warning about another axis replaces the last one that names no axis of its
-    own.
+def _choose_kinds(kinds: Sequence[list[Finding]], number: int) -> list[list[Finding]]:
+    """The first `number` kinds of findings. A later kind about a further axis replaces the last info, or warning whose
+    axes other kinds name too.
     """
     shown = list(kinds[:number])
     for alike in kinds[number:]:

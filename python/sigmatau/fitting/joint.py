@@ -54,7 +54,7 @@ class JointRun:
     channel: str
     stream: Stream
     summary: LikelihoodSummary
-    curves: tuple[Floats, ...]  # curves that the mean may follow, at the blocks of the summary
+    curves: tuple[Floats, ...]  # regressors of the mean, such as the temperature, at the blocks of the summary
     fit: NoiseFit  # fit of this run alone
 
 
@@ -323,7 +323,7 @@ def _hidden_by_vibration(fitted: NoiseFit, *, runs: Sequence[JointRun], longest:
         limits_alone(replace(fitted, channel=run.channel), run.stream, cause="vibration", reason=vibration)
         for run in runs
     ]
-    # Each run limits the noise of one sensor, but an axis limits only its own noise.
+    # All runs of one channel limit the same noise, so the lowest limit holds. An axis limits only its own noise.
     several_axes = len({run.channel for run in runs}) > 1
     return (max if several_axes else min)(adjustments, key=_walk_limit)
 

@@ -49,11 +49,11 @@ class Term:
     short_name : str
         Short name for narrow tables.
     times : str
-        Suffix of its unit after that of the rate: ``"*sqrt(s)"``.
+        What its unit has after the unit of the rate: ``"*sqrt(s)"``.
     si_units : mapping
         SI unit of its coefficient on a gyro and an accelerometer.
     usual_units : mapping
-        Units in which it is printed there, the unit of the table first.
+        Units in which it is printed for a gyro and an accelerometer, the most common first.
     synonyms : str
         Other names, from the glossary, in lower case and separated by commas.
     look_alikes : str
@@ -61,8 +61,8 @@ class Term:
     is_noise : bool
         False for the ramp, which is the same in each record.
     has_system : bool
-        Whether linear systems can represent it: state spaces, ARMA processes, and the true noise of a filter that is
-        judged. They refuse a model with any other term.
+        Whether linear systems can represent it: state spaces, ARMA processes, and the true noise for which
+        a filter is judged. They refuse a model with any other term.
     """
 
     name: str
@@ -217,7 +217,8 @@ SLOW = tuple(name for name, term in TERMS.items() if term.slope >= 0)
 """Terms whose deviation does not decrease with the averaging time."""
 RANKED = tuple(sorted(TERMS, key=lambda name: (abs(TERMS[name].slope) > 1 / 2, TERMS[name].slope)))
 """The terms by importance for users; the steep ones last."""
-_OWN_UNITS = ("angular_rate", "acceleration")  # other signals have units in seconds
+# quantities whose coefficients have listed units; those of other signals consist of the unit of the signal and of s
+_INERTIAL = ("angular_rate", "acceleration")
 
 
 def refuse_without_system(terms: Iterable[str]) -> None:
@@ -234,7 +235,7 @@ def coefficient_unit(term: str, quantity: str, unit: str) -> str:
 
     For a signal in any other unit U: U*s, U*sqrt(s), U, U/sqrt(s), U/s.
     """
-    if quantity in _OWN_UNITS:
+    if quantity in _INERTIAL:
         return TERMS[term].si_units[quantity]
     times = TERMS[term].times
     if unit == "1":
@@ -256,7 +257,7 @@ def display_units(
     """
     if SHOWN.get() and (asked := asked_unit(*_asked_for(term, quantity, unit))) is not None:
         return (asked,)
-    if quantity in _OWN_UNITS:
+    if quantity in _INERTIAL:
         units = (find(symbol) for symbol in TERMS[term].usual_units[quantity])
         return tuple((u.text, u.factor) for u in units)
     if (prefixed := prefixed_unit(unit, TERMS[term].times, values)) is not None:
@@ -269,7 +270,7 @@ def asked_rate_unit(quantity: str, unit: str, values: Iterable[float | None] = (
 
     The unit of another signal has the prefix that the `values` need, see `display_units`.
     """
-    if quantity in _OWN_UNITS:
+    if quantity in _INERTIAL:
         return asked_unit(unit, unit, None)
     rate_unit, _, is_integral = unit.partition("·")
     tail = "*s" if is_integral == "s" else ""
@@ -291,7 +292,7 @@ def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | Non
     """Arguments of `asked_unit` for a coefficient: its SI unit, the unit of the channel, and the suffix after the unit
     of a signal.
     """
-    return coefficient_unit(term, quantity, unit), unit, None if quantity in _OWN_UNITS else TERMS[term].times
+    return coefficient_unit(term, quantity, unit), unit, None if quantity in _INERTIAL else TERMS[term].times
 
 
 def check_shown(channels: Mapping[str, tuple[str, str]], terms: Iterable[str] = tuple(TERMS)) -> None:
@@ -439,7 +440,7 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
 def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> float:
     """Factor by which sampling without an anti-alias filter increases the random walk of a sensor.
 
-    The white noise of the sensor is limited by a Butterworth filter, its bandwidth. Sampling folds the noise that the
+    A Butterworth filter with this bandwidth limits the white noise of the sensor. Sampling folds the noise that the
     filter passes at multiples of the sampling rate onto low frequencies.
 
     Parameters

@@ -162,7 +162,7 @@ def _interval_below(coefficient: MainCoefficient) -> Markup:
 
 
 def scrolled(table: Markup) -> Markup:
-    """A table in a region that scrolls beside the page."""
+    """A table in a region that scrolls separately from the page."""
     return element("div", table, class_="scrolled", tabindex="0", role="region", aria_label="Table")
 
 
@@ -225,7 +225,7 @@ _MODEL_WORDS = {
     "density": " Dashed: the fitted model, behind its filter. Triangles: fitted lines.",
 }
 _NO_RECORD = "Not drawn: the report was made without the samples of the record."
-_MUCH_MISSING = 0.05  # share from which the measured curve visibly lies above the model: by a fortieth
+_MUCH_MISSING = 0.05  # share of missing samples at which the curve visibly lies above the model: by a fortieth
 _ABSENT = {
     "density": "Not drawn: no stretch of the record without missing samples is long enough.",
     "map": "Not drawn: the record is too short, or misses too many samples.",
@@ -309,5 +309,5 @@ def _files(content: Content) -> Markup:
 
 
 def done(rows: Iterable[tuple[str, str]]) -> Markup:
-    """Names and texts that describe the analysis."""
+    """A list of what was done in the analysis, from names and texts."""
     return element("dl", (element("div", element("dt", key), element("dd", name(text))) for key, text in rows))

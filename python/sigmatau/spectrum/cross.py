@@ -31,7 +31,7 @@ from sigmatau.spectrum.estimate import (
 )
 from sigmatau.spectrum.estimate import default_size as default_segment
 from sigmatau.spectrum.result import Method
-from sigmatau.spectrum.tapers import bin_starts, hann, levelled, shared
+from sigmatau.spectrum.tapers import bin_starts, hann, levelled, variance_increase
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -241,7 +241,9 @@ class CrossSpectrum(Printed):
         count = np.diff(np.append(starts, len(self.frequency)))
         frequency, density_a, by_a = levelled(self.density_a, self.frequency, starts)
         _, density_b, by_b = levelled(self.density_b, self.frequency, starts)
-        dof = np.add.reduceat(self.dof, starts) / (1 + shared(count, method=self.method, tapers=self.segments))
+        dof = np.add.reduceat(self.dof, starts) / (
+            1 + variance_increase(count, method=self.method, tapers=self.segments)
+        )
         level = np.sqrt(by_a * by_b)
         real, imaginary = (np.add.reduceat(part * level, starts) / count for part in (self.cross.real, self.cross.imag))
         return replace(

@@ -17,7 +17,7 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.terms import asked_density
 from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.spectrum.comparison import ModelComparison
-from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
+from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, variance_increase
 from sigmatau.units import density_text, figure_unit, find, symbols
 
 if TYPE_CHECKING:
@@ -158,7 +158,9 @@ class Spectrum(Printed):
     def _binned(self, starts: NDArray[np.intp]) -> Spectrum:
         frequency, density, _ = levelled(self.density, self.frequency, starts)
         count = np.diff(np.append(starts, len(self.frequency)))
-        dof = np.add.reduceat(self.dof, starts) / (1 + shared(count, method=self.method, tapers=self.segments))
+        dof = np.add.reduceat(self.dof, starts) / (
+            1 + variance_increase(count, method=self.method, tapers=self.segments)
+        )
         return replace(self, frequency=frequency, density=density, dof=dof)
 
     def to_dict(self) -> dict[str, Any]:

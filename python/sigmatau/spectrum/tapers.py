@@ -27,7 +27,8 @@ def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
     Notes
     -----
     It is the mean over tapers k and l of |Σ v_k·v_l·exp(−j2πdt/(n + 1))|² at the distance d. v_k·v_l is a difference of
-    two cosines. For even k − l the sum is not 0 only at 2d = |k − l| and 2d = k + l; for odd k − l it is imaginary.
+    two cosines. For even k − l the sum differs from 0 only at 2d = |k − l| and 2d = k + l; for odd k − l it is
+    imaginary.
 
     `apart` is the distance of the frequencies in steps of 1/((n + 1)·τ₀).
     """
@@ -39,8 +40,8 @@ def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
         odd = k[(k - row) % 2 == 1]
         meets = 0.5 * (np.abs(even - row) == 2 * d) * (1 + (d == 0))
         total += ((meets - 0.5 * (even + row == 2 * d)) ** 2).sum(axis=-1)
-        shared = 4 * d / np.pi * (1 / (4 * d**2 - (odd - row) ** 2) - 1 / (4 * d**2 - (odd + row) ** 2))
-        total += (shared**2).sum(axis=-1)
+        overlap = 4 * d / np.pi * (1 / (4 * d**2 - (odd - row) ** 2) - 1 / (4 * d**2 - (odd + row) ** 2))
+        total += (overlap**2).sum(axis=-1)
     return np.asarray(total / tapers)
 
 
@@ -75,7 +76,7 @@ def line_density(
 
     Notes
     -----
-    The bound is the power A²/4 of either side times the maxima of the oscillating power of the taper's transform. At d
+    The bound is the power A²/4 at f and at −f times the maxima of the oscillating power of the taper's transform. At d
     bins this is 1/(πd(d² − 1))² of the peak for Hann's taper, and at most 8k²/(π(4d² − k²))² over the length of the
     record for the sine taper k. In the main lobe it is the peak.
 
@@ -135,7 +136,7 @@ def levelled(density: Floats, frequency: Floats, starts: NDArray[np.intp]) -> tu
     return centres, np.add.reduceat(density * factor, starts) / count, factor
 
 
-def shared(count: NDArray[np.intp], *, method: str, tapers: int) -> Floats:
+def variance_increase(count: NDArray[np.intp], *, method: str, tapers: int) -> Floats:
     """Relative increase of the variance of a mean over neighbouring frequencies, compared with independent ones."""
     correlation = (
         _NEIGHBOUR_CORRELATION if method == "welch" else sine_correlation(tapers, np.arange(1, 2 * tapers + 1))

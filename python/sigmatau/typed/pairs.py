@@ -45,8 +45,8 @@ _NUMBERS_OF_COLUMNS = re.compile(r"\d+(:\d+)?")
 
 def _is_swapped(key: str, value: str, option: str) -> bool:
     """Whether a pair has the name of a channel or sensor after its value."""
-    is_column = option != "channels" or _NUMBERS_OF_COLUMNS.fullmatch(key) is not None
-    return is_column and _SENSOR.fullmatch(value) is not None and _SENSOR.fullmatch(key) is None
+    may_be_value = option != "channels" or _NUMBERS_OF_COLUMNS.fullmatch(key) is not None
+    return may_be_value and _SENSOR.fullmatch(value) is not None and _SENSOR.fullmatch(key) is None
 
 
 def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, float]:

@@ -30,7 +30,7 @@ _MOST_COLUMNS = 100
 _MOST_TILINGS = 500  # largest number of ways in which the noisy columns are divided into triples
 
 _LINE = 0.02  # largest deviation of time stamps from a line, over their span: bunched stamps stay within it
-_REPEATED = 0.6  # largest share of equal neighbours among time stamps: whole seconds do not show sampling times
+_REPEATED = 0.6  # largest share of equal neighbours among time stamps: stamps in whole seconds have more
 _COUNTED = 0.9  # smallest share of steps of exactly 1 of a counter, which may wrap
 
 # Smallest ratio of the variance of differences to that of samples, in blocks: 1 for white noise, 0.012 for a random walk,
@@ -60,7 +60,7 @@ _MAGNETIC = (
     (0.8, 1.2),
 )  # the Earth's field in G, uT, mG and nT, and normalised to 1
 _ROUNDING = 2.0  # largest deviation of the length of a unit vector from 1, in steps of the last digit
-_UNIT = 1e-4  # the same with four digits
+_UNIT = 1e-4  # deviation of the length that is always allowed: values may have only four decimals
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +102,7 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
     time : int or None
         The time column, if it is known by its name.
     excluded : frozenset of int
-        Columns that are not a sensor by their names, or are recognised.
+        Columns whose names show that they are not a sensor, or are already recognised.
     """
     data = {index: _Column.measure(values[:ROWS_TESTED]) for index, values in columns.items() if index not in excluded}
     if time is None:
@@ -216,15 +216,18 @@ class _Tile:
 
     @property
     def is_gravity(self) -> bool:
-        sized = self.counts_per_g is not None or any(low <= self.size <= high for low, high in GRAVITY)
+        has_size = self.counts_per_g is not None or any(low <= self.size <= high for low, high in GRAVITY)
         return (
-            sized and self.alike and self.scatter < _SCATTER * self.size and self.noise < _NOISE_OF_GRAVITY * self.size
+            has_size
+            and self.alike
+            and self.scatter < _SCATTER * self.size
+            and self.noise < _NOISE_OF_GRAVITY * self.size
         )
 
     @property
     def is_magnetic(self) -> bool:
-        sized = any(low <= self.size <= high for low, high in _MAGNETIC)
-        return sized and self.alike and self.size > _GYRO_MEAN * self.noise
+        has_size = any(low <= self.size <= high for low, high in _MAGNETIC)
+        return has_size and self.alike and self.size > _GYRO_MEAN * self.noise
 
     def is_gyro(self, largest_mean: float) -> bool:
         return self.alike and self.size <= largest_mean * self.noise

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROWS = 256
-"""Rows of a part. A lost row shifts the turns only in the parts after it."""
+"""Number of rows in a part of the log. A lost row shifts the turns only in the parts after it."""
 MIN_PARTS = 2
 _UNEVEN = 0.618  # golden ratio, so that the distances between the parts have no period
 _SAME = 0.8  # share of the parts that must have the same means by turn
 # largest difference of the means of two parts, over the largest mean; a line that drifts in phase exceeds it
 _TOLERANCE = 0.25
 _TOLERANCE_ERRORS = 3.0  # the same over the standard error of a mean; both tolerances are added
-_ERRORS = 6.0  # means are different if they differ by more standard errors
+_ERRORS = 6.0  # means are different if they differ by more than this number of standard errors
 _EXCEPTIONS = 0.1  # share of the intervals that need not fit the groups
 _SHORT = 0.25  # longest interval between two rows of one instant, over the mean interval
 _FEWEST_STEPS = 16  # smallest number of distinct values of a turn in a part: a scatter of at least 3 steps
@@ -40,7 +40,7 @@ class TurnMeans:
 
 
 def starts_of_parts(rows: int, period: int, limit: int) -> list[int]:
-    """First rows of at most `limit` parts. All have the same turn if no row is lost."""
+    """First rows of at most `limit` parts. All begin with the same turn if no row is lost."""
     size = ROWS // period * period
     count = min(rows // size, limit)
     spread = np.arange(count) * _UNEVEN % 1  # evenly spaced parts would not show a line with the period of the spacing
@@ -77,13 +77,13 @@ def means_by_turn(parts: NDArray[np.float64]) -> TurnMeans | None:
         return None
     typical_scatter = np.median(scatter, axis=0)
     relative = np.divide(np.median(sizes, axis=0), typical_scatter, out=np.zeros(channels), where=typical_scatter > 0)
-    lead = int(np.argmax(np.where(significant, relative, -1.0)))
+    clearest = int(np.argmax(np.where(significant, relative, -1.0)))
     aligned, distance = means.copy(), np.full((len(means), channels), np.inf)
     turns = np.zeros(len(means), dtype=np.intp)
     for turn in range(period):  # after a lost row the turns are shifted
         moved = np.roll(means, turn, axis=1)
         apart = np.abs(moved - means[0]).max(axis=1)
-        closer = apart[:, lead] < distance[:, lead]
+        closer = apart[:, clearest] < distance[:, clearest]
         aligned[closer], distance[closer], turns[closer] = moved[closer], apart[closer], turn
     allowed = _TOLERANCE * np.abs(means[0]).max(axis=0) + _TOLERANCE_ERRORS * np.median(error, axis=0)
     fits = distance <= allowed
@@ -91,7 +91,7 @@ def means_by_turn(parts: NDArray[np.float64]) -> TurnMeans | None:
     if not same.any():
         return None
     first_turns = np.full(len(parts), -1, dtype=np.intp)
-    first_turns[finite] = np.where(fits[:, lead], turns, -1)
+    first_turns[finite] = np.where(fits[:, clearest], turns, -1)
     return TurnMeans(
         means=np.median(aligned, axis=0).T * same[:, None], scatter=typical_scatter, first_turns=first_turns
     )
@@ -227,6 +227,9 @@ def _is_line(values: NDArray[np.float64], above: NDArray[np.bool_], rows: NDArra
     return False
 
 
+# The spectra of the sum and of the difference of two series are compared. A share is the power of the sum over the
+# power of both together.
+
 _MOST_BLOCKS = 4096  # largest number of means whose spectra are compared
 _FEWEST_BLOCKS = 64
 _FIRST_EDGE = 3  # upper edge of the first band; the bands above it are octaves
@@ -239,7 +242,7 @@ _COMMON_SHARE = 0.65  # smallest mean share of common noise; independent noise h
 # smallest ratio of the power of a band of slow noise to that of the highest bands, for the sum and the difference
 _SLOW_RISE = 3.0
 _FEWEST_SHARES = 48  # smallest number of shares in bands of slow noise that can show independence: standard error 0.05
-# largest deviation of their mean from 1/2 for independent noise; common slow noise with this rise has 0.28
+# largest deviation of the mean of such shares from 1/2 for independent noise; common slow noise of this rise has 0.28
 _INDEPENDENT = 0.12
 
 SlowNoise = Literal["in common", "independent", "not measured"]
@@ -268,8 +271,8 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
         error = (_CORRELATED / (12 * up_to_band.size)) ** 0.5
         if up_to_band.mean() - 0.5 > max(_SHARE_ERRORS * error, _COMMON_SHARE - 0.5):
             return "in common"
-        powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
         # A line at half the rate is either in the sum or in the difference, hence the smaller power.
+        powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
         slow.append(shares[low:top, powers > _SLOW_RISE / 2 * high].ravel())
     slow_shares = np.concatenate(slow)
     if len(slow_shares) >= _FEWEST_SHARES and abs(slow_shares.mean() - 0.5) < _INDEPENDENT:

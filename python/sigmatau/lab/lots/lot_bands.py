@@ -69,7 +69,7 @@ def band(channel: str, curves: Mapping[str, tuple[Floats, Floats]], *, quantity:
 
 
 def scale(band_: Band, name: str) -> float | None:
-    """Logarithm of the ratio of a unit's curve to the median of the lot, by the median over averaging times; None if they
+    """Logarithm of the ratio of a unit's curve to the median of the lot: the median over averaging times; None if they
     have no averaging time in common.
     """
     curve = band_.curves.get(name)
@@ -96,7 +96,7 @@ FACTORS: Mapping[str, Sequence[tuple[float, str, str]]] = {
 }
 """Factors of mistaken units by quantity: the numbers are in the first unit and were read in the second one."""
 
-_SAME_FACTOR = math.log(1.1)
+_SAME_FACTOR = math.log(1.1)  # largest difference of the logarithms of a ratio and the factor that explains it
 
 
 def mistaken_units(quantity: str, ratio: float) -> tuple[str, str] | None:

@@ -59,8 +59,8 @@ def _channel(trend: Trend, channel: ChannelTrend) -> list[str]:
     )
     rows = [head, *(_row(period, size, signed=signed) for period in channel.periods)]
     slopes = (_drift(drift, unit, size, signed=signed) for drift in channel.drifts)
-    batch = [] if channel.order is None or channel.order.kind == "drift" else [_order(channel.order)]
-    return [f"{channel.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes, *batch]
+    batch_lines = [] if channel.order is None or channel.order.kind == "drift" else [_batch_line(channel.order)]
+    return [f"{channel.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes, *batch_lines]
 
 
 def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:
@@ -109,8 +109,8 @@ def _per_month(change: float, span: float, *, signed: bool) -> float:
     return change * share if signed else math.expm1(share * math.log1p(change))
 
 
-def _order(effect: OrderEffect) -> str:
-    """A batch in a line; a drift is in the line between units."""
+def _batch_line(effect: OrderEffect) -> str:
+    """The line of a batch. The line of a drift from unit to unit is made by `_drift`."""
     return f"batch {effect.first} to {effect.last} ({effect.units} units): {change_text(effect)}"
 
 

@@ -1,4 +1,4 @@
-"""ArduPilot logs (DataFlash, .bin): each kind of message is a table, by instance.
+"""ArduPilot logs (DataFlash, .bin): each kind of message is a table, or one table per instance.
 
 ``FMT`` defines the messages; ``FMTU``, ``UNIT`` and ``MULT`` define their units. Compiled code follows the chain of messages
 and reports where it is truncated. This module interprets the fields.
@@ -139,13 +139,13 @@ def _tables(
 
 
 def _name(kind: str, field: str, unit: str | None) -> str:
-    """The name of a column, with its unit. Biases estimated by a filter are named by axes only; they are not samples."""
+    """The name of a column, with its unit. The biases of a Kalman filter (`GX` …) must not look like samples."""
     name = f"{field} bias" if _ESTIMATOR.fullmatch(kind) and field in _BIASES else field
     return name if unit is None else f"{name} [{unit}]"
 
 
 def _units(kinds: Sequence[_MessageKind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:
-    """Units by kind and field. A unit is used if it is defined and its multiplier is 1."""
+    """Units by kind and field. A unit is used if it is defined and its multiplier is 1, or makes ms, us or ns of s."""
     by_number = {kind.number: kind for kind in kinds}
     names: dict[str, str] = {}
     factors: dict[str, float] = {}

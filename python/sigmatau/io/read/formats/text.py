@@ -40,7 +40,7 @@ from sigmatau.record.sampling import STATED
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
 _COPIES = 3  # copies in memory of a file whose cells contain more than numbers
 _MOST_DEVICES = 16  # largest number of devices in one file
-# smallest number of lines before bytes that are not text in a damaged table; a binary file has fewer
+# smallest number of lines of a damaged table before the first bytes that are not text; a binary file has fewer
 _MIN_LINES = 16
 
 
@@ -179,21 +179,21 @@ def _make_table(
             refuse_too_large(source, head, len(wanted) + (exact is not None))
         return text.load(wanted, exact)
 
-    columns, named = name_sensor_logger(dated, name)
+    columns, program_notes = name_sensor_logger(dated, name)
     loaded: Load = load
     if layout.counts_per_second is not None:
         columns, loaded, counted = time_mt_manager(columns, load, layout.counts_per_second)
-        named = (*named, counted)
+        program_notes = (*program_notes, counted)
     if scales := find_scales(beginning.data):
         columns, loaded = scale_columns(columns, loaded, scales)
-        named = (*named, GCSV_NOTE)
+        program_notes = (*program_notes, GCSV_NOTE)
     if layout.delimiter == "," and is_imu(columns):
         columns, loaded = name_imu(columns, loaded)
-        named = (*named, ROS_CSV_NOTE)
+        program_notes = (*program_notes, ROS_CSV_NOTE)
     return Table(
         format="text",
         columns=columns,
-        notes=(*(("gzip",) if head.gzip else ()), *layout.notes, *named),
+        notes=(*(("gzip",) if head.gzip else ()), *layout.notes, *program_notes),
         load=loaded,
         rate=None if layout.rate is None else layout.rate.rate,
         rate_source=layout.rate.source if layout.rate else STATED,

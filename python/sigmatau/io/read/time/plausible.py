@@ -50,7 +50,7 @@ class RateByUnit:
         return self.is_possible and self.rate >= SLOW and self.length >= SHORTEST
 
     @property
-    def from_frequent(self) -> float:
+    def distance_from_frequent(self) -> float:
         """Distance of the rate from that of most logs, as the logarithm of a ratio."""
         return abs(math.log(self.rate / _FREQUENT))
 
@@ -96,7 +96,7 @@ def unit_by_size(first: float, last: float, interval: float, n: int) -> str | No
 
 def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: float | None) -> None:
     """Raise `OptionError` for a rate or length that no log of a gyro or accelerometer has. `name`: the column of the
-    stamps; `second`: one unit of the stamps in use, None for dates [s].
+    stamps; `second`: length of the unit of the stamps in seconds, None for dates.
     """
     used = RateByUnit(unit="", rate=rate, length=n / rate)
     alternatives = [] if second is None else readings(1 / (rate * second), n)
@@ -105,7 +105,7 @@ def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: floa
     if used.is_possible and not is_short:
         return
     likely = likely or [reading for reading in alternatives if reading.is_possible]
-    offered = " or ".join(map(str, sorted(likely, key=lambda reading: reading.from_frequent)))
+    offered = " or ".join(map(str, sorted(likely, key=lambda reading: reading.distance_from_frequent)))
     raise OptionError(
         f"the time stamps in column {name} give {_number(used.rate)} Hz for {_number(used.length)} s, which is not a log of"
         f" {_SENSORS[sensor]}; give {offered + ', or ' if offered else ''}{RATE}",
@@ -121,7 +121,7 @@ def ask_for_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
     offered = ", ".join(f"as {reading.unit} {_number(reading.rate)} Hz" for reading in likely)
     epoch = epoch_unit(float(stamps[0]))
     dated = [reading for reading in likely if reading.unit == epoch and reading.rate >= SLOW]
-    ordered = sorted(dated or likely, key=lambda reading: reading.from_frequent)
+    ordered = sorted(dated or likely, key=lambda reading: reading.distance_from_frequent)
     ways = ", ".join(str(Hint("unit", "time", reading.unit)) for reading in ordered)
     return OptionError(
         f"the unit of the time stamps in column {name} is not stated ({stamps[0]}, {stamps[1]} …: {offered});"
@@ -152,9 +152,9 @@ def ask_for_sample_numbers(name: str, stamps: NDArray[Any]) -> OptionError:
 
 
 def slow_rate(rate: float, n: int, second: float, stride: int) -> tuple[Finding, ...]:
-    """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; None if no smaller unit is plausible.
+    """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; empty if none is plausible.
 
-    `stride`: that of the stamps, if they may be sample numbers.
+    `second`: length of the unit of the stamps in seconds; `stride`: that of the stamps, if they may be sample numbers.
     """
     if rate >= SLOW:
         return ()
@@ -230,7 +230,10 @@ def unit_by_rate(interval: float, typical: float, rate: float) -> str | None:
 
 
 def unit_for(second: float, by_stamps: float, stated: float) -> str:
-    """The unit of time in which stamps that give one rate in the unit of `second` give the stated rate; empty if none."""
+    """The unit of time in which the stamps give the stated rate; empty if there is none.
+
+    `second`: length in seconds of the unit in which they give the rate `by_stamps`.
+    """
     sizes = {name: units.find(name).factor for name in UNITS}
     return next(
         (

@@ -9,6 +9,7 @@ ERRORS = {"self", "error", "solved"}  # an error has a message too
 TEXTS = {
     *("analysis/stages.py", "analysis/result.py", "exporting/export.py", "exporting/of_analysis.py"),
     "lab/lots/lot_remark.py",
+    "lab/fleet/stored.py",
     *("lab/store/rows.py", "lab/store/text.py"),
 }  # errors, and remarks in files, that a person reads
 

@@ -301,7 +301,9 @@ class TestNotSeen:
         assert found.not_seen == (("gyro_z", "rate_random_walk"), ("gyro_z", "rate_ramp"))
         text = repr(found)
         assert f"at most {math.degrees(expected[-1]):.3g}" in text
-        assert "Not observed in the record, and 0 in the rms: gyro_z rate random walk, rate ramp." in " ".join(text.split())
+        assert "Not observed in the record, and 0 in the rms: gyro_z rate random walk, rate ramp." in " ".join(
+            text.split()
+        )
         assert found.to_dict()["errors"]["heading"]["at_most"] == error.at_most.tolist()
 
     def test_upper_end_and_sign_of_a_ramp(self):

@@ -19,7 +19,7 @@ DOCUMENTED = re.compile(
 
 CONSTANTS = {
     "counts.py": {"_ROUNDING": "exact variance of rounding", "_NOISE": "grid of a search"},
-    "units.py": {"DEGREE": "definition", "_EARTH_RATE": "physical constant", "_AXES": "axes of space"},
+    "units.py": {"DEGREE": "definition", "_EARTH_RATE": "physical constant", "AXES": "axes of space"},
     "sensor_class.py": {"_DEGREE": "definition"},
     "tremor.py": {"_AXES": "axes of space"},
     "octave_means.py": {"NORMAL_MEDIAN": "quantile of the normal distribution"},

@@ -16,7 +16,6 @@ from sigmatau.units import STANDARD_GRAVITY
 
 MeanVerdict = Literal["gravity", "gravity_removed", "not_gravity", "offset", "large_offset", "other_unit"]
 
-_AXES = 3  # channels of a triad: the mean vector of fewer axes has no expected length
 _QUANTITIES = ("angular_rate", "acceleration")
 
 
@@ -56,7 +55,7 @@ def first_look(record: Record) -> tuple[SensorMean, ...]:
 
     Only checks that hold for a moving sensor too are made: those of noise need a record at rest.
     """
-    triads = (s for s in record.streams if len(s.channels) == _AXES and units.has_plausible_values(s))
+    triads = (s for s in record.streams if len(s.channels) == units.AXES and units.has_plausible_values(s))
     means = (
         _acceleration(s) if s.quantity == "acceleration" else _rate(s) for s in triads if s.quantity in _QUANTITIES
     )

@@ -20,7 +20,7 @@ DEGREE = math.pi / 180
 
 Evidence = Literal["gravity", "step", "noise", "bias", "quiet", "earth"]
 
-_AXES = 3  # channels of a triad, which shows gravity or the Earth's rotation
+AXES = 3  # channels of a triad, which shows gravity or the Earth's rotation
 
 # Mistaken units of an accelerometer: |mean| in the stated unit [m/s²], the stated unit, and the likely unit.
 _MISTAKEN: tuple[tuple[float, str, str], ...] = (
@@ -117,7 +117,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     """
     if not has_plausible_values(stream):
         return []
-    is_triad = stream.quantity == "acceleration" and len(stream.channels) == _AXES
+    is_triad = stream.quantity == "acceleration" and len(stream.channels) == AXES
     if is_triad and ((by_gravity := unit_by_gravity(stream)) or not mean_vector(stream) < _WITHOUT_GRAVITY):
         return by_gravity
     if stream.quantity not in SENSOR_CLASSES:
@@ -134,7 +134,7 @@ def gravity(stream: Stream) -> list[Finding]:
 
     It is an info for biases, scale errors and removed gravity; a warning for other values that no mistaken unit explains.
     """
-    if stream.quantity != "acceleration" or len(stream.channels) != _AXES or not _is_measured(stream):
+    if stream.quantity != "acceleration" or len(stream.channels) != AXES or not _is_measured(stream):
         return []
     level = mean_vector(stream)
     low, high = _ON_GROUND
@@ -229,7 +229,7 @@ def _by_noise(stream: Stream) -> list[Finding]:
 
 def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
     """Reason why the white noise is too low for the sensor; None if it is plausible."""
-    is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
+    is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == AXES
     if is_gyro_triad and abs(mean_vector(stream) / _EARTH_RATE - 1) < _EARTH_TOLERANCE:
         return None
     if highest < SENSOR_CLASSES[stream.quantity].quietest:

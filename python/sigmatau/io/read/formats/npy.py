@@ -223,11 +223,11 @@ def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.d
     """Shape, order and type of the array that begins here."""
     version = np.lib.format.read_magic(member)
     count = int.from_bytes(member.read(2 if version == (1, 0) else 4), "little")
-    if count > _LONGEST_HEADER:
+    text = member.read(min(count, _LONGEST_HEADER + 1))
+    if len(text) > _LONGEST_HEADER:
         raise DataError(f"has a header of {count} bytes, and at most {_LONGEST_HEADER} are read; save plain numbers")
     # Version 3 is version 2 in UTF-8, which is the same if no name is beyond Latin-1.
-    text = member.read(count).decode("utf-8" if version == (3, 0) else "latin-1")
-    head = text.encode("latin-1", "backslashreplace")
+    head = text.decode("utf-8" if version == (3, 0) else "latin-1").encode("latin-1", "backslashreplace")
     shape, fortran, dtype = np.lib.format.read_array_header_2_0(io.BytesIO(len(head).to_bytes(4, "little") + head))
     if min(shape, default=0) < 0:
         raise ValueError(f"shape {shape}")

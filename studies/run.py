@@ -25,6 +25,7 @@ from studies import (
     other_noise,
     paper_claims,
     paper_read_off,
+    planning,
     prediction,
     processes,
     read_off,
@@ -41,6 +42,7 @@ from studies import (
 STUDIES = (
     read_off,
     paper_read_off,
+    planning,
     intervals,
     robustness,
     likelihood,

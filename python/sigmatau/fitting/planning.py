@@ -27,6 +27,9 @@ _SHORTEST = 64  # shortest record that is considered, over the smallest cluster 
 _EVEN_DETECTION = 0.5  # probability that a coefficient is detected: even odds
 _LIKELY_DETECTION = 0.9  # probability of a likely detection
 _LARGEST_ERROR = 0.5  # relative standard error above which a coefficient counts as not determined
+# Terms that the default fit compares with another explanation: its name, and the ratio of the value that half of the records
+# show to the planned one. [1] Study: docs/study/planning.md, beside white noise alone.
+_ALTERNATIVES = {"bias_instability": ("a Gauss-Markov process", 2.5), "rate_ramp": ("a random walk of the rate", 3.0)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,6 +135,12 @@ class Plan(Printed):
                     else f"does not determine {what}: its standard error exceeds 50 %"
                 )
                 lines.append(f"  a record of {duration_text(self.duration)} {how}")
+        if self.term in _ALTERNATIVES:
+            alternative, ratio = _ALTERNATIVES[self.term]
+            lines.append(
+                f"  by a test on the Allan deviation; the default fit also considers {alternative}, and shows about"
+                f" {ratio:g} times this value"
+            )
         return lines_text(wrapped(lines, indent=4))
 
 
@@ -277,7 +286,8 @@ def plan(
 
     References
     ----------
-    docs/theory/fit.md; the test of a term is that of `sigmatau.fit`.
+    docs/theory/fit.md; the test of a term is that of `sigmatau.fit`. docs/study/planning.md: how often the default fit shows
+    the planned values; bias instability and ramp need 2.5 to 3 times the value.
 
     Examples
     --------

@@ -95,12 +95,12 @@ class TestSerialPort:
         return process.returncode, out, said
 
     def test_a_log_is_saved_and_analysed(self, tmp_path):
-        """An Arduino without a header: the part of a line at the beginning is left out."""
+        """An Arduino without a header: parts of lines at the beginning and at the end are left out."""
         rng = np.random.default_rng(seed_of("serial port"))
         y = rng.standard_normal((7000, 3)) * 1e-3
         lines = [f"{a:.6f},{b:.6f},{c:.6f}\r\n".encode() for a, b, c in y]
         saved = tmp_path / "saved.csv"
-        code, out, said = self.watched(saved, [b"3,0.1\r\n", *lines])
+        code, out, said = self.watched(saved, [b"3,0.1\r\n", *lines, b"0.001,-"])
         assert code == 0, said
         assert "7000 samples at 100 Hz (given), 70 s" in out
         assert f"quick look: sigmatau analyze {saved}" in said

@@ -45,7 +45,8 @@ def follow(
     baud : int, optional
         Speed of the serial port. Data before the first line end are discarded, because they are part of a line. [bit/s]
     save : Path, optional
-        A new file to which every piece is written before it is yielded.
+        A new file to which every piece is written before it is yielded. The last line of a port is removed at the end if
+        it is not complete.
 
     Raises
     ------
@@ -60,7 +61,7 @@ def follow(
     opened = _opened(source, baud)
     last = time.monotonic()
     try:
-        opened_copy = nullcontext() if save is None else closing(_new(save))
+        opened_copy = nullcontext() if save is None else closing(_Copy(save, whole_lines=baud is not None))
     except DataError:
         opened.close()
         raise
@@ -82,7 +83,7 @@ def follow(
                     raise piece
                 last = time.monotonic()
                 if copy is not None:
-                    _write(copy, piece)
+                    copy.write(piece)
                 yield piece
         finally:
             stop.set()
@@ -220,8 +221,26 @@ def _new(path: Path) -> IO[bytes]:
         raise DataError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def _write(file: IO[bytes], piece: bytes) -> None:
-    try:
-        file.write(piece)
-    except OSError as error:
-        raise DataError(f"{file.name}: cannot be written any more: {error.strerror or error}") from None
+class _Copy:
+    """A new file of what arrives; with `whole_lines`, a line that was cut by the end of the record is removed."""
+
+    def __init__(self, path: Path, *, whole_lines: bool) -> None:
+        self._file = _new(path)
+        self._size = 0
+        self._end_of_lines = 0
+        self._whole_lines = whole_lines
+
+    def write(self, piece: bytes) -> None:
+        end = piece.rfind(b"\n")
+        if end >= 0:
+            self._end_of_lines = self._size + end + 1
+        try:
+            self._file.write(piece)
+        except OSError as error:
+            raise DataError(f"{self._file.name}: cannot be written any more: {error.strerror or error}") from None
+        self._size += len(piece)
+
+    def close(self) -> None:
+        if self._whole_lines and 0 < self._end_of_lines < self._size:
+            self._file.truncate(self._end_of_lines)
+        self._file.close()

@@ -46,6 +46,28 @@ def test_from_the_first_samples_to_the_saved_log(port):
         assert (opened["rows"], opened["question"]) == (9000, None)
 
 
+def test_a_stop_within_a_line_leaves_whole_lines(port):
+    rows = lines(600)
+    with recorded(port) as page:
+        port.write([*rows, b"0.001,-"])
+        waited(page, lambda state: "600 samples" in state["heading"])
+        page.post("api/live/stop")
+        assert port.saved.read_bytes() == b"".join(rows)
+        assert page.get("api/live").json()["error"] is None
+
+
+def test_a_silent_port_is_named(port):
+    """The first line ends the message, and is not lost."""
+    with recorded(port) as page:
+        silent = waited(page, lambda state: state["error"])
+        assert silent["state"] == "recording"
+        words = "no line has arrived. Check the port, the baud rate and the cable"
+        assert silent["error"]["message"] == f"{port.name}: {words}"
+        port.write(lines(300))
+        late = waited(page, lambda state: "300 samples" in state["heading"])
+        assert late["error"] is None
+
+
 def test_a_log_that_cannot_be_analysed_is_saved(port):
     """The unit is not known: the page says so, and what arrives is kept."""
     rows = lines(600)

@@ -38,6 +38,7 @@ _PORT = re.compile(r"/dev/(?!.*\.\.)[\w./-]+|COM\d{1,3}")
 _EVERY = 1.0  # shortest time between two states [s]
 _LARGEST_SHARE = 0.25  # of the time that is used for states; reading and saving come first [1]
 _WAIT = 0.2  # the longest wait for data before a stop is noticed [s]
+_SILENT = 5.0  # time without a line after which a port is called silent [s]
 _PIECE = 1 << 20  # of a log that is read again [bytes]
 _REMAINDER = 0.3  # time after a stop in which what has already arrived is read [s]
 
@@ -108,6 +109,7 @@ class _Recorder:
         self._live = _live_analysis(live_source)
         self._error: dict[str, Any] | None = None
         self._taken = 0  # bytes so far
+        self._began = time.monotonic()
         self._due = 0.0
 
     def pieces(self, stop: threading.Event) -> Iterator[bytes]:
@@ -170,6 +172,7 @@ class _Recorder:
             self._error = error_content(error)
         if self.table is not None:
             self._begin_again(self.table)
+        self._error = self._error or self._silence()
         if self._error is None:
             try:
                 self._live.take(b"", last=True)
@@ -180,7 +183,14 @@ class _Recorder:
 
     def send(self, state: str) -> None:
         """Send the state: its name, the error or None, and the content as JSON."""
-        self._send((state, self._error, json.dumps(content(self._live), allow_nan=False)))
+        self._send((state, self._error or self._silence(), json.dumps(content(self._live), allow_nan=False)))
+
+    def _silence(self) -> dict[str, Any] | None:
+        """The error of a port that sends nothing; it ends with the first line."""
+        if self._taken or self._source.baud is None or time.monotonic() - self._began < _SILENT:
+            return None
+        what = f"{self._source.source}: no line has arrived. Check the port, the baud rate and the cable"
+        return error_content(DataError(what))
 
 
 def _live_analysis(live_source: LiveSource) -> LiveAnalysis:

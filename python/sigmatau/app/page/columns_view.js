@@ -74,7 +74,7 @@ function showBody(body, opened) {
     readingControls(opened),
     columnTable(opened),
     ...opened.means.map(meanLine),
-    ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((finding) => ({ ...finding, message: finding.text, axes: (finding.channels ?? [finding.channel]).filter(Boolean).join(", ") })))]));
+    ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((finding) => ({ ...finding, message: finding.text, axes: (finding.channels ?? [finding.channel]).filter(Boolean).join(", ") })), "Nothing was found wrong with the file. The analysis checks motion, shocks and noise.")]));
 }
 
 /** Rate, topic and content of all columns. */

@@ -26,8 +26,10 @@ export function rememberResult(id, result, name = resultName(result)) {
   shown.add(id);
 }
 
+const pairText = (value) => Object.entries(value).map(([key, text]) => (Array.isArray(value) ? text : `${key}=${text}`)).join(",");
+
 function resultName({ options, summary: { title } }) {
-  const texts = Object.entries(options ?? {}).map(([name, value]) => `${name} ${typeof value === "object" ? JSON.stringify(value) : value}`);
+  const texts = Object.entries(options ?? {}).map(([name, value]) => `${name} ${typeof value === "object" ? pairText(value) : value}`);
   return [title, ...texts].join(", ");
 }
 

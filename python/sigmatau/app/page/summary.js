@@ -39,8 +39,8 @@ function valueCell({ value, interval }) {
 }
 
 /** Findings in order; notes are folded if there are many. */
-export function findingsList(findings) {
-  if (!findings?.length) return make("p", { className: "none" }, "Nothing was found wrong with the record.");
+export function findingsList(findings, none = "Nothing was found wrong with the record.") {
+  if (!findings?.length) return make("p", { className: "none" }, none);
   const grave = findings.filter((finding) => finding.severity !== "info"), notes = findings.filter((finding) => finding.severity === "info");
   const parts = [];
   parts.push(grave.length ? make("ul", { className: "findings" }, ...grave.map(findingRow)) : make("p", { className: "none" }, "No warnings."));

@@ -36,7 +36,8 @@ class Roots:
             raise refused
         try:
             resolved = Path(text).resolve()
-            exists = any(resolved == root or root in resolved.parents for root in self.places) and resolved.exists()
+            is_below = any(resolved == root or root in resolved.parents for root in self.places)
+            exists = is_below and (resolved.is_file() or resolved.is_dir())  # a pipe would be waited for
         except (OSError, RuntimeError, ValueError):  # a loop of links, a name that is too long
             raise refused from None
         if not exists:
@@ -49,7 +50,11 @@ class Roots:
         if folder is None:
             raise missing("no folder was opened in which the record can be saved; start sigmatau app FOLDER")
         is_plain = name == Path(name).name and 0 < len(name) <= _LONGEST_NAME and not set("\0\\") & set(name)
-        if not is_plain or name.startswith("."):
+        # A database removes files with these endings, and names with control characters deceive.
+        is_refused = (
+            name.startswith(".") or name.endswith(("-wal", "-shm", "-journal")) or not name.strip().isprintable()
+        )
+        if not is_plain or is_refused or not name.strip():
             message = "the record is saved in the opened folder: give the name of a new file, without a folder"
             raise CallError({"message": message, "hint": None, "code": "option"})
         return folder / name

@@ -59,7 +59,7 @@ class _LiveRecord:
             "live_source",
             port=text_in(body, "port"),
             path=None if path is None else str(self._workbench.roots.find(path)),
-            baud=whole_number_in({"baud": _BAUD} | body, "baud"),
+            baud=_BAUD if body.get("baud") is None else whole_number_in(body, "baud"),
             save=None if save is None or path is not None else str(self._workbench.roots.new_file(save)),
             table=table_in(body),
         )

@@ -34,7 +34,7 @@ def specification(
     if log is not None and file_kind(Path(log.path)) == "model":
         model, title, source, origins = NoiseModel.read(log.path), Path(log.name).stem, "", list[str]()
     else:
-        sheet = find_datasheet(name or "") if log is None else Datasheet.read(log.path)
+        sheet = _in_library(name or "") if log is None else Datasheet.read(log.path)
         stated: Any = {"use": use or "typical", "sided": sided, "bias": bias}
         model = sheet.model(**stated)
         title, source, origins = sheet.headline(), sheet.source, list(sheet.origins(**stated))
@@ -52,3 +52,12 @@ def specification(
         "charts": {"sensors": collect_sensors(model.channels), "channels": channels},
     }
     return json.dumps(content, allow_nan=False)
+
+
+def _in_library(name: str) -> Datasheet:
+    """The datasheet of a name. The path of a file is refused: files are read below the folders of the workbench only."""
+    if name.endswith(".toml") or set("/\\") & set(name):
+        raise OptionError(
+            f"{printable(name[:80])!r} is not a datasheet of the library; choose a name of the list", option="name"
+        )
+    return find_datasheet(name)

@@ -159,10 +159,13 @@ class _Recorder:
         if self._source.log is None:
             return
         remaining = self._taken
-        with Path(self._source.log).open("rb") as log:
-            while remaining and self._error is None and (piece := log.read(min(remaining, _PIECE))):
-                remaining -= len(piece)
-                self._analyse(piece)
+        try:
+            with Path(self._source.log).open("rb") as log:
+                while remaining and self._error is None and (piece := log.read(min(remaining, _PIECE))):
+                    remaining -= len(piece)
+                    self._analyse(piece)
+        except OSError as error:
+            self._error = error_content(DataError(f"{self._source.log}: cannot be read: {error.strerror or error}"))
 
     def finish(self, state: str, error: DataError | ImportError | None) -> None:
         """Use all samples, and send the last state."""

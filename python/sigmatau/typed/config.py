@@ -144,7 +144,7 @@ def from_toml(text: str) -> tuple[dict[str, Any], str | None]:
 
     try:
         table: dict[str, Any] = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # ValueError: also of a number with thousands of digits
         raise OptionError(f"the configuration is not TOML: {error}", option="config") from None
     log = table.pop(LOG, None)
     if log is not None and not isinstance(log, str):

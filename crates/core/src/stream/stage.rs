@@ -82,16 +82,16 @@ pub(super) struct Stage {
 impl Stage {
     /// The first stage for sorted sizes in samples of the record, and the following stages.
     pub(super) fn new(m: &[usize], start: u64) -> Self {
-        Self::stage(m, start, 1)
+        Self::from_sizes(m, start, 1)
     }
 
     /// A stage, with `m` and `start` in samples of this stage.
-    fn stage(m: &[usize], start: u64, stride: usize) -> Self {
+    fn from_sizes(m: &[usize], start: u64, stride: usize) -> Self {
         let (here, later) = m.split_at(m.partition_point(|&m| m <= LARGEST));
         let squares = Squares::new(here);
         let next = (!later.is_empty()).then(|| {
             let later: Vec<usize> = later.iter().map(|m| m / GROUP).collect();
-            Box::new(Self::stage(&later, start.div_ceil(GROUP as u64), stride * GROUP))
+            Box::new(Self::from_sizes(&later, start.div_ceil(GROUP as u64), stride * GROUP))
         });
         Self {
             stride,

@@ -20,6 +20,7 @@ from sigmatau.lab.lots.lot_statistics import LEAST_UNITS, extreme_values
 from sigmatau.lab.lots.lot_unit import UnitResult
 from sigmatau.lab.lots.lot_words import what_unit
 from sigmatau.record import stream_name
+from sigmatau.units import STANDARD_GRAVITY
 
 _TOLERANCE = 4.5
 """Largest difference from a change of the axes, in standard deviations of the means over the units."""
@@ -29,6 +30,9 @@ _DISTINCT = 2.0  # smallest ratio of the difference from the lot to the toleranc
 _LEAST_SCALE = (
     0.02  # smallest relative difference of gravity that is reported: bias and tilt of a good sensor are below
 )
+# Ratios of the median mean acceleration to gravity between which a lot shows gravity. [1] Judgement: every scale error and
+# bias of a working accelerometer is within, a record without gravity is far below.
+_GRAVITY_FROM, _GRAVITY_TO = 0.5, 2.0
 _SHOWN = 0.1  # smallest relative difference of gravity that the noise can confirm
 _MOST_WAYS = 2  # largest number of explanations that are named
 _ALONG = 0.9  # smallest share of gravity along an axis that is called vertical
@@ -164,7 +168,8 @@ def _gravity(
 ) -> set[tuple[str, str]]:
     """Units whose gravity differs from that of the lot, with or without their noise."""
     sizes = np.linalg.norm(means.values, axis=1)
-    if not (sizes > 0).all():
+    # Without gravity, the size of the mean is that of the biases, whose logarithm is skewed.
+    if not (sizes > 0).all() or not _GRAVITY_FROM < float(np.median(sizes)) / STANDARD_GRAVITY < _GRAVITY_TO:
         return set()
     logs = np.log(sizes)
     center = float(np.median(logs))

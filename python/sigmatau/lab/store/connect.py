@@ -89,7 +89,7 @@ def is_store(path: Path) -> bool:
                 return False
         with closing(sqlite3.connect(f"file:{quote(str(path))}?mode=ro", uri=True)) as base:
             names = {name for (name,) in base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    except (OSError, sqlite3.Error):
+    except (OSError, ValueError, sqlite3.Error):  # ValueError: a damaged text in a message of SQLite
         return False
     return names >= _TABLES
 

@@ -122,7 +122,7 @@ def test_the_curve_of_a_datasheet(page, folder):
         for sided in ("one", "two")
     ]
     np.testing.assert_allclose(np.array(curves[1]["adev"]) / curves[0]["adev"], np.sqrt(2), rtol=1e-4)
-    for body in ({"name": "nothing"}, {"name": "cimu", "use": "best"}, {"name": 3}):
+    for body in ({"name": "nothing"}, {"name": "cimu", "use": "best"}, {"name": 3}, {"name": str(file)}):
         assert page.post("api/specification", **body).status_code == 400
 
 

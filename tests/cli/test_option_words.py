@@ -233,6 +233,12 @@ def test_a_configuration_file_as_words_and_as_values():
     assert from_toml(to_toml({"note": {'a "b"\\': "\x7f\n\u2028é"}}))[0] == {"note": {'a "b"\\': "\x7f\n\u2028é"}}
 
 
+@pytest.mark.parametrize("text", ["rate = nan", "unit = { gyro = inf }", "rate = 1e999", f"rate = {'9' * 5000}"])
+def test_numbers_of_a_file_are_finite(text):
+    with pytest.raises(OptionError, match="the configuration is not TOML"):
+        from_toml(text)
+
+
 def test_typed_options_replace_those_of_the_file(tmp_path):
     (tmp_path / "a.toml").write_text(CONFIG)
     words = with_config(["analyze", "x.csv", "--config", str(tmp_path / "a.toml"), "--window=1s:9s", "--rate", "50"])

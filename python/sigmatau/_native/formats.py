@@ -184,7 +184,7 @@ class Sentences:
         Number of complete sentences with other names.
     gap : (int, int)
         Length of the longest run of such sentences after the first row, and the line where it begins.
-    other : str
+    other_name : str
         Name of the first such sentence.
     cut : bool
         Whether the last line is broken and has no line end.

@@ -9,6 +9,7 @@ value is the typed text, or its equivalent in TOML and JSON: a number, true, a l
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, get_args
@@ -143,13 +144,20 @@ def from_toml(text: str) -> tuple[dict[str, Any], str | None]:
     import tomllib
 
     try:
-        table: dict[str, Any] = tomllib.loads(text)
+        table: dict[str, Any] = tomllib.loads(text, parse_float=_finite)
     except (ValueError, RecursionError) as error:  # ValueError: also of a number with thousands of digits
         raise OptionError(f"the configuration is not TOML: {error}", option="config") from None
     log = table.pop(LOG, None)
     if log is not None and not isinstance(log, str):
         raise OptionError(f"{LOG} in the configuration must be the name of a file, not {log!r}", option="config")
     return table, log
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not a finite number")
+    return value
 
 
 def _name(key: object) -> str:

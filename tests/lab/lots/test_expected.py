@@ -27,13 +27,24 @@ def test_a_word_in_two_names_matches_neither():
     assert matched.listed == frozenset()
 
 
+def test_a_day_is_not_a_serial_number():
+    names = ["12_2026-05-07.csv", "13_2026-05-08.csv"]
+    for expect in (["07", "12", "13"], ["12", "13", "07"]):
+        assert match_expected(names, expect).absent == ("07",)
+
+
+def test_a_longer_name_is_matched_first():
+    for expect in (["SN7", "SN7-2", "SN8"], ["SN7-2", "SN8", "SN7"]):
+        assert match_expected(["SN7-2_x", "SN8_x"], expect).absent == ("SN7",)
+
+
 def test_numbers():
     assert match_expected(DATED, 5).absent == ("(missing 1)", "(missing 2)")
     assert match_expected(DATED, 2).surplus == 1
     assert match_expected(DATED, None).listed == set(DATED)
 
 
-@pytest.mark.parametrize("expect", [0, True, "SN1", ["SN1", ""], ["SN1", "SN1"]])
+@pytest.mark.parametrize("expect", [0, True, 10**11, "SN1", ["SN1", ""], ["SN1", "SN1"]])
 def test_errors(expect):
     with pytest.raises(OptionError):
         match_expected(DATED, expect)

@@ -54,7 +54,7 @@ WORDS = {
         tau=61.44, ratio=3.6, what="rate random walk", value=15.0, unit="deg/h/√h", factor=0.5
     ),
     "slow noise: Allan deviation at 100 s is 3.6 times the lot's median": kinds.SlowNoise(tau=100.0, ratio=3.6),
-    "outlier: mean 30 deg/h; the lot has 2 ± 1 deg/h": kinds.OtherMean(
+    "outlier: mean 30.0 deg/h; the lot has 2.0 ± 1.0 deg/h": kinds.OtherMean(
         value=15.0, median=1.0, spread=0.5, unit="deg/h", factor=0.5
     ),
     "no maximum in the specification; state one, or give --factor 1.5: gyro noise": kinds.NoMaximum(what="gyro noise"),

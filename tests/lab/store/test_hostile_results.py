@@ -11,7 +11,7 @@ import sigmatau as st
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.store.choosing import Chosen
-from sigmatau.lab.store.connect import _shown
+from sigmatau.lab.store.connect import _shown, is_store
 from sigmatau.lab.store.ingest import Added
 from sigmatau.lab.store.naming import Naming
 from sigmatau.lab.store.store import Store
@@ -126,6 +126,9 @@ def changed(place, *statements):
         ("UPDATE result SET content = x'00'", lambda store: store.latest("A")),
         ("UPDATE run SET recorded = 'yesterday'", lambda store: store.runs()),
         ("UPDATE run SET recorded = 'yesterday'", lambda store: store.units_latest()),
+        ("UPDATE run SET recorded = x'00'", lambda store: store.runs()),
+        ("UPDATE run SET duration = 'long'", lambda store: store.runs()),
+        ("UPDATE run SET state = x'00'", lambda store: store.runs()),
         ("DROP TABLE coefficient", lambda store: store.coefficients()),
     ],
 )
@@ -136,6 +139,24 @@ def test_damaged_values_are_an_error_of_the_store(tmp_path, statement, read):
     changed(place, statement)
     with Store(place) as store, pytest.raises(DataError, match="store"):
         read(store)
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        ("UPDATE alembic_version SET version_num = x'00'",),
+        ("PRAGMA writable_schema = 1", "UPDATE sqlite_master SET sql = CAST(x'd66064' AS TEXT) WHERE name = 'label'"),
+    ],
+    ids=["version", "schema"],
+)
+def test_a_store_that_cannot_be_opened(tmp_path, statements):
+    """SQLite puts bytes of the file into its message, which may not be text."""
+    place = tmp_path / "x.db"
+    Store(place).close()
+    changed(place, *statements)
+    with pytest.raises(DataError, match=r"x\.db: "):
+        Store(place)
+    assert is_store(place) in {True, False}
 
 
 def test_database_of_another_program_with_versions(tmp_path):

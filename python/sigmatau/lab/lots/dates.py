@@ -34,6 +34,11 @@ def date_in_name(log: str) -> datetime | None:
     return None
 
 
+def without_days(name: str) -> str:
+    """A name in which the days of dates are blank: 07 in 2026-05-07 is not a serial number."""
+    return _DATE.sub(lambda date: " " * (date.end(4) - date.start()) + name[date.end(4) : date.end()], name)
+
+
 def day_of_log(notes: Mapping[str, str], log: str) -> str:
     """The day of a record for a label, ``"2026-05-07"``: that of its notes, or else in its name; empty without either."""
     stated = {key.strip().lower(): text for key, text in notes.items()}

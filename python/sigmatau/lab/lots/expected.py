@@ -8,6 +8,9 @@ from pathlib import Path
 
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
+from sigmatau.lab.lots.dates import without_days
+
+_MOST_EXPECTED = 1_000_000  # largest number of expected units: each missing one is named
 
 
 @frozen
@@ -49,6 +52,8 @@ def match_expected(names: Iterable[str], expect: int | Sequence[str] | None) -> 
     if isinstance(expect, int):
         if isinstance(expect, bool) or expect < 1:
             raise OptionError(f"{{option}} must be a number of units, at least 1, not {expect!r}", option="expect")
+        if expect > _MOST_EXPECTED:
+            raise OptionError(f"{{option}} {expect}: a lot has at most {_MOST_EXPECTED} units", option="expect")
         lacking = expect - len(units)
         absent = tuple(f"(missing {k + 1})" for k in range(max(lacking, 0)))
         return ExpectedUnits(absent=absent, surplus=max(-lacking, 0), listed=frozenset(units))
@@ -62,19 +67,21 @@ def match_expected(names: Iterable[str], expect: int | Sequence[str] | None) -> 
         for form in _forms(unit):
             by_form.setdefault(form, set()).add(unit)
     listed = {unit for name in expect for unit in by_form.get(name, ())}
-    lacking_names: list[str] = []
+    lacking_names: set[str] = set()
     inside = False
-    for name in expect:
+    without_date = {unit: without_days(unit) for unit in units}
+    for name in sorted(expect, key=len, reverse=True):  # SN7-2 before SN7
         if name in by_form:
             continue
         word = re.compile(rf"(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z0-9])")
-        with_word = [unit for unit in units if unit not in listed and word.search(unit)]
+        with_word = [unit for unit, text in without_date.items() if unit not in listed and word.search(text)]
         if len(with_word) == 1:
             listed.add(with_word[0])
             inside = True
         else:
-            lacking_names.append(name)
-    return ExpectedUnits(absent=tuple(lacking_names), surplus=0, listed=frozenset(listed), inside=inside)
+            lacking_names.add(name)
+    absent = tuple(name for name in expect if name in lacking_names)
+    return ExpectedUnits(absent=absent, surplus=0, listed=frozenset(listed), inside=inside)
 
 
 def _forms(name: str) -> set[str]:

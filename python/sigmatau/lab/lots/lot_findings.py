@@ -250,9 +250,9 @@ class OtherMean(OfLot, code="other_mean"):
     factor: float = 1.0
 
     def words(self, finding: Finding) -> Words:
-        numbers = (f"{number / self.factor:.3g}" for number in (self.value, self.median, self.spread))
-        value, median, spread = numbers
-        return Words(f"outlier: mean {value} {self.unit}; the lot has {median} ± {spread} {self.unit}")
+        error = (self.spread or abs(self.value - self.median)) / self.factor
+        value, median = (round_to_error(number / self.factor, error=error) for number in (self.value, self.median))
+        return Words(f"outlier: mean {value.value} {self.unit}; the lot has {median.with_unit(self.unit)}")
 
 
 @frozen

@@ -17,7 +17,7 @@ from sigmatau.lab.lots.axis_changes import AXES, CHANGES, AxisChange
 from sigmatau.lab.lots.lot_findings import Orientation, OtherMean, OtherScale
 from sigmatau.lab.lots.lot_remark import Remark, remark
 from sigmatau.lab.lots.lot_statistics import LEAST_UNITS, extreme_values
-from sigmatau.lab.lots.lot_unit import UnitResult
+from sigmatau.lab.lots.lot_unit import UnitChannel, UnitResult
 from sigmatau.lab.lots.lot_words import what_unit
 from sigmatau.record import stream_name
 from sigmatau.units import STANDARD_GRAVITY
@@ -33,6 +33,9 @@ _LEAST_SCALE = (
 # Ratios of the median mean acceleration to gravity between which a lot shows gravity. [1] Judgement: every scale error and
 # bias of a working accelerometer is within, a record without gravity is far below.
 _GRAVITY_FROM, _GRAVITY_TO = 0.5, 2.0
+# Smallest outlying difference of a mean over its standard error. [1] Judgement: means of records whose mean was removed
+# differ by rounding.
+_SIGNIFICANT = 3.0
 _SHOWN = 0.1  # smallest relative difference of gravity that the noise can confirm
 _MOST_WAYS = 2  # largest number of explanations that are named
 _ALONG = 0.9  # smallest share of gravity along an axis that is called vertical
@@ -54,6 +57,8 @@ class SensorMeans:
         Units.
     values : ndarray, shape (n, 3)
         [unit]
+    errors : ndarray, shape (n, 3)
+        Standard errors of the means by the white noise alone; 0 if it is not known. [unit]
     """
 
     sensor: str
@@ -62,6 +67,7 @@ class SensorMeans:
     unit: str
     names: tuple[str, ...]
     values: Floats
+    errors: Floats
 
     @property
     def center(self) -> Floats:
@@ -111,6 +117,7 @@ def collect_means(units: Mapping[str, UnitResult]) -> list[SensorMeans]:
             continue
         first = units[next(iter(means))].channels[channels[0]]
         values = np.array(list(means.values()), dtype=np.float64)
+        errors = np.array([[_error(units[name].channels[channel]) for channel in channels] for name in means])
         results.append(
             SensorMeans(
                 sensor=sensor,
@@ -119,9 +126,16 @@ def collect_means(units: Mapping[str, UnitResult]) -> list[SensorMeans]:
                 unit=first.unit,
                 names=tuple(means),
                 values=values,
+                errors=errors,
             )
         )
     return results
+
+
+def _error(channel: UnitChannel) -> float:
+    """Standard error of the mean by the random walk alone: N/√T."""
+    walk = channel.coefficients.get("random_walk")
+    return 0.0 if walk is None or walk.value is None else walk.value / math.sqrt(channel.samples / channel.rate)
 
 
 def compare_means(
@@ -149,7 +163,9 @@ def compare_means(
         by_row: dict[int, list[int]] = {}
         for axis in range(3):
             for row in extreme_values(means.values[:, axis], probability=share):
-                by_row.setdefault(row, []).append(axis)
+                difference = abs(means.values[row, axis] - means.center[axis])
+                if difference > _SIGNIFICANT * means.errors[row, axis]:
+                    by_row.setdefault(row, []).append(axis)
         for row, axes in by_row.items():
             if (means.names[row], means.sensor) not in scaled | without:
                 outlying.setdefault(means.names[row], []).append((means, row, axes))

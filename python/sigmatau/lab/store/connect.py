@@ -69,12 +69,12 @@ def open_engine(place: str | Path, *, create: bool = True) -> Engine:
         _prepare_sqlite(engine, to_read="mode" in url.query)
     try:
         _make_tables(engine, place)
-    except sqlalchemy.exc.SQLAlchemyError as error:
-        engine.dispose()
-        raise DataError(f"{_shown(place)}: {reason(error)}") from None
     except DataError:
         engine.dispose()
         raise
+    except (sqlalchemy.exc.SQLAlchemyError, ValueError, TypeError) as error:  # damaged text, a value of the wrong type
+        engine.dispose()
+        raise DataError(f"{_shown(place)}: {reason(error)}") from None
     return engine
 
 
@@ -98,6 +98,8 @@ def reason(error: BaseException) -> str:
     """First line of an error of a database, and the action."""
     cause = getattr(error, "orig", None) or error
     text = str(cause).strip().partition("\n")[0] or type(cause).__name__
+    if isinstance(error, ValueError | TypeError):
+        return f"a value is damaged ({text}); restore the store from a copy"
     hint = next((hint for words, hint in _HINTS.items() if words in text), "")
     return f"{text}; {hint}" if hint else text
 

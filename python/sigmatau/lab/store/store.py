@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import compress
 from pathlib import Path
-from types import TracebackType
+from types import NoneType, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from sigmatau.errors import DataError, OptionError
@@ -187,7 +187,7 @@ class Store:
                 yield connection
         except DataError:
             raise
-        except (SQLAlchemyError, ValueError) as error:  # a value of the wrong type
+        except (SQLAlchemyError, ValueError, TypeError) as error:  # a value of the wrong type
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
     def _table(self, query: Select[Any]) -> StoreTable:
@@ -195,6 +195,13 @@ class Store:
             result = connection.execute(query)
             names, rows = list(result.keys()), result.all()
         columns = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
+        for name, column, selected in zip(names, columns, query.selected_columns, strict=True):
+            # SQLite keeps values of any type in a column.
+            expected = selected.type.python_type
+            wrong = {type(value) for value in column} - {expected, NoneType, int if expected is float else expected}
+            if wrong:
+                types = ", ".join(sorted(kind.__name__ for kind in wrong))
+                raise DataError(f"the store cannot be read: {name} has values of type {types}; restore it from a copy")
         return StoreTable(dict(zip(names, columns, strict=True)))
 
     def units(self, chosen: Chosen | None = None) -> StoreTable:

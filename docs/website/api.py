@@ -163,7 +163,7 @@ def groups() -> tuple[tuple[str, str, tuple[str, ...]], ...]:
         waiting = [object_of(name) for name in names]
         while waiting:
             for cls in _classes(waiting.pop()):
-                if not any(cls is known for known in listed):
+                if not any(cls is each for each in listed):
                     listed.append(cls)
                     waiting.append(cls)
                     further.append(f"{cls.__module__}.{cls.__qualname__}".removeprefix("sigmatau."))

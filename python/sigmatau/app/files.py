@@ -13,6 +13,7 @@ from pathlib import Path
 from sigmatau.app.answers import CallError, missing
 
 _ENDINGS = re.compile(r"(\.[A-Za-z0-9]{1,8}){1,2}$")
+SQLITE_ENDS = ("-wal", "-shm", "-journal")  # ends of the names of files that belong to a database, which removes them
 _LONGEST_NAME = 200  # characters of the name of an uploaded file that are shown
 
 
@@ -50,11 +51,8 @@ class Roots:
         if folder is None:
             raise missing("no folder was opened in which the record can be saved; start sigmatau app FOLDER")
         is_plain = name == Path(name).name and 0 < len(name) <= _LONGEST_NAME and not set("\0\\") & set(name)
-        # A database removes files with these endings, and names with control characters deceive.
-        is_refused = (
-            name.startswith(".") or name.endswith(("-wal", "-shm", "-journal")) or not name.strip().isprintable()
-        )
-        if not is_plain or is_refused or not name.strip():
+        is_shown = name.isprintable() and bool(name.strip())
+        if not (is_plain and is_shown) or name.startswith(".") or name.endswith(SQLITE_ENDS):
             message = "the record is saved in the opened folder: give the name of a new file, without a folder"
             raise CallError({"message": message, "hint": None, "code": "option"})
         return folder / name

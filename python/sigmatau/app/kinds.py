@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+from sigmatau.app.files import SQLITE_ENDS
 from sigmatau.io import NOT_LOGS, bag_files
 from sigmatau.io.written import is_result
 from sigmatau.lab.store.connect import is_store
 
 FileKind = Literal["folder", "log", "result", "store", "model", "datasheet", "session"]
 
-_SQLITE_ENDS = ("-wal", "-shm", "-journal")  # ends of the names of files that belong to a database
 _LONGEST_TOML = 1 << 20  # of a model, a datasheet or a session [bytes]
 
 
@@ -21,7 +21,7 @@ def file_kind(path: Path) -> FileKind | None:
     """The kind of a file; None if the page cannot use it."""
     if path.is_dir():
         return "log" if bag_files(path) else "folder"
-    if not path.is_file() or path.name.endswith(_SQLITE_ENDS):
+    if not path.is_file() or path.name.endswith(SQLITE_ENDS):
         return None
     ending = path.suffix.lower()
     if is_result(path):

@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from sigmatau.app.answers import CallError, json_answer, missing, text_answer
-from sigmatau.app.bodies import read_body, table_in, text_in, whole_number_in
+from sigmatau.app.bodies import read_body, refuse_body, table_in, text_in, whole_number_in
 from sigmatau.errors import DataError
 
 if TYPE_CHECKING:
@@ -54,13 +54,15 @@ class _LiveRecord:
         """Record a serial port, or follow a file that grows."""
         body = await read_body(request)
         path, save = text_in(body, "path"), text_in(body, "save")
+        if path is not None and not (save is None and body.get("port") is None):
+            raise refuse_body("a file that grows is its own log: give path alone, or port and save")
         source = await self._workbench.look(
             None,
             "live_source",
             port=text_in(body, "port"),
             path=None if path is None else str(self._workbench.roots.find(path)),
             baud=_BAUD if body.get("baud") is None else whole_number_in(body, "baud"),
-            save=None if save is None or path is not None else str(self._workbench.roots.new_file(save)),
+            save=None if save is None else str(self._workbench.roots.new_file(save)),
             table=table_in(body),
         )
         async with self._starting:

@@ -145,7 +145,12 @@ def test_damaged_values_are_an_error_of_the_store(tmp_path, statement, read):
     "statements",
     [
         ("UPDATE alembic_version SET version_num = x'00'",),
-        ("PRAGMA writable_schema = 1", "UPDATE sqlite_master SET sql = CAST(x'd66064' AS TEXT) WHERE name = 'label'"),
+        (
+            "PRAGMA writable_schema = 1",
+            # CREATE TABLE label, and a byte that is not text
+            "UPDATE sqlite_master SET sql = CAST(x'435245415445205441424c45206c6162656c20d63028' AS TEXT)"
+            " WHERE name = 'label'",
+        ),
     ],
     ids=["version", "schema"],
 )

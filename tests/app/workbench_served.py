@@ -1,6 +1,7 @@
 """A served workbench, and requests of its page."""
 
 import contextlib
+import json
 import socket
 import threading
 import time
@@ -23,7 +24,9 @@ class Page:
         return self.client.get(f"/{TOKEN}/{path}", **more)
 
     def post(self, path, /, **body):
-        return self.client.post(f"/{TOKEN}/{path}", json=body)
+        # escaped as ASCII: a hostile name may hold what UTF-8 cannot
+        headers = {"Content-Type": "application/json"}
+        return self.client.post(f"/{TOKEN}/{path}", content=json.dumps(body), headers=headers)
 
     def delete(self, path):
         return self.client.delete(f"/{TOKEN}/{path}")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import sigmatau as st
-from sigmatau.fitting.planning import smallest_detectable
+from sigmatau.fitting.planning import smallest_significant
 from sigmatau.noise.terms import BIAS_LEVEL, NOISE
 from studies.mixtures import ABSENT, SHORT, Mixture
 from studies.runner import run
@@ -42,7 +42,7 @@ PROFILE = {0.0: 1.6, 0.5: 1.75, 1.0: 2.2, 1.5: 2.7, 2.0: 3.4, 3.0: 4.4, 5.0: 6.6
 def sought(seed: int, name: str, times: float) -> list[dict[str, Any]]:
     """Statements of a fit on every noise term, for a part of the records of a cell."""
     term, background = SOUGHT[name]
-    value = times * smallest_detectable(background, term, n=_N, tau0=1.0, power=0.5)
+    value = times * smallest_significant(background, term, n=_N, tau0=1.0, power=0.5)
     return _stated(seed, Mixture(_N, 1.0, {**background, term: value}), RECORDS // PARTS)
 
 
@@ -112,7 +112,7 @@ def _holds(stated: list[Any], value: float) -> bool:
 def _coverage(results: dict[str, Any], failures: list[str]) -> list[str]:
     lines, pooled = [], []
     for name, (term, background) in SOUGHT.items():
-        detectable = smallest_detectable(background, term, n=_N, tau0=1.0, power=0.5)
+        detectable = smallest_significant(background, term, n=_N, tau0=1.0, power=0.5)
         for times in TIMES:
             records = [r for r in _all(results, f"{name} x{times:g}") if r["verdict"] == "adequate"]
             value = times * detectable
@@ -213,7 +213,7 @@ Made by `make study` (studies/coverage.py). Each cell has {records} simulated re
 from the names of the cells. `sigmatau.fit` chooses the terms and the averaging times for each record. The columns are:
 
 - times: true coefficient, divided by the coefficient that is observed in half of the records. The latter is computed in
-  advance from the other terms by `sigmatau.fitting.planning.smallest_detectable`.
+  advance from the other terms by `sigmatau.fitting.planning.smallest_significant`.
 - found: share of records in which the term is observed.
 - covered: share of records whose interval contains the true value. The interval is [low, high] if the term is observed, and
   [0, limit] otherwise. "Covered, found" counts only records in which the term is observed.

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sigmatau._native.gls import Components, Gls
 from sigmatau.digits import significant
 from sigmatau.errors import OptionError
+from sigmatau.fitting.alternatives import Modes, least_ramp_beside_walk, process_excluded
 from sigmatau.fitting.components import LEAST_TIMES, LONGEST_SHARE, coefficient, half_octaves, linear_powers
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
@@ -26,10 +27,9 @@ LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # shortest record that is considered, over the smallest cluster size [1]
 _EVEN_DETECTION = 0.5  # probability that a coefficient is detected: even odds
 _LIKELY_DETECTION = 0.9  # probability of a likely detection
+_LARGEST_RATIO = 1e4  # largest ratio of the value to the smallest significant one that is searched [1]
 _LARGEST_ERROR = 0.5  # relative standard error above which a coefficient counts as not determined
-# Terms that the default fit compares with another explanation: its name, and the ratio of the value that half of the records
-# show to the planned one. [1] Study: docs/study/planning.md, beside white noise alone.
-_ALTERNATIVES = {"bias_instability": ("a Gauss-Markov process", 2.5), "rate_ramp": ("a random walk of the rate", 3.0)}
+_STEP = 1.01  # ratio of values at which a search ends: two digits suffice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,12 +135,6 @@ class Plan(Printed):
                     else f"does not determine {what}: its standard error exceeds 50 %"
                 )
                 lines.append(f"  a record of {duration_text(self.duration)} {how}")
-        if self.term in _ALTERNATIVES:
-            alternative, ratio = _ALTERNATIVES[self.term]
-            lines.append(
-                f"  by a test on the Allan deviation; the default fit also considers {alternative}, and shows about"
-                f" {ratio:g} times this value"
-            )
         return lines_text(wrapped(lines, indent=4))
 
 
@@ -156,15 +150,51 @@ def smallest_detectable(
 ) -> float:
     """The smallest coefficient that a record shows with a given probability.
 
+    The term must be significant, and the record must not be explained as well without it: a bias instability by a
+    Gauss-Markov process, a ramp by a rate random walk.
+
     Notes
     -----
-    The variance of a Gauss-Markov process is a free parameter, like the other coefficients; its correlation time is known.
+    The variance of a Gauss-Markov process of `background` is a free parameter, like the other coefficients; its correlation
+    time is known.
 
     `background`: the other noise of the channel, by key of `sigmatau.noise.terms.TERMS`, or a model, which may have one
     Gauss-Markov process [SI]; `term`: the term to be detected; its entry in `background` is ignored; `tau0`: sample interval
     [s]; `tau_min`: shortest averaging time that can be used, for example because of a filter [s]; `power`: probability that
     the term is detected; `level`: confidence level of the test: an absent term is detected in 1 − level of all records. The
     result is in SI; inf if no value is detected with that probability.
+    """
+    smallest = smallest_significant(background, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
+    if not math.isfinite(smallest):
+        return math.inf
+    modes, processes = Modes(n, tau0, tau_min), _processes(background)
+    if term == "rate_ramp":
+        return max(smallest, least_ramp_beside_walk(modes, background, processes, power))
+    if term != "bias_instability" or process_excluded(modes, background, processes, smallest, power):
+        return smallest
+    low, high = smallest, 2 * smallest
+    while not process_excluded(modes, background, processes, high, power):
+        low, high = high, 2 * high
+        if high > _LARGEST_RATIO * smallest:
+            return math.inf
+    while high / low > _STEP:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if process_excluded(modes, background, processes, middle, power) else (middle, high)
+    return high
+
+
+def smallest_significant(
+    background: Mapping[str, float],
+    term: str,
+    *,
+    n: int,
+    tau0: float,
+    tau_min: float = 0.0,
+    power: float = 0.5,
+    level: float = 0.95,
+) -> float:
+    """The smallest coefficient that a test of the term on the Allan deviation detects; parameters and errors are those of
+    `smallest_detectable`.
     """
     if term not in TERMS:
         raise OptionError(unknown_term(term), option="term")
@@ -206,8 +236,13 @@ def needed_samples(
         raise OptionError(f"the value must be a number other than 0, not {value!r}", option="value")
 
     def shows(n: int) -> bool:
-        smallest = smallest_detectable(background, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
-        return smallest <= abs(value)
+        smallest = smallest_significant(background, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
+        if smallest > abs(value):
+            return False
+        modes, processes = Modes(n, tau0, tau_min), _processes(background)
+        if term == "rate_ramp":
+            return least_ramp_beside_walk(modes, background, processes, power) <= abs(value)
+        return term != "bias_instability" or process_excluded(modes, background, processes, abs(value), power)
 
     low = round(_SHORTEST * max(tau_min / tau0, 1))
     if shows(low):
@@ -287,7 +322,7 @@ def plan(
     References
     ----------
     docs/theory/fit.md; the test of a term is that of `sigmatau.fit`. docs/study/planning.md: how often the default fit shows
-    the planned values; bias instability and ramp need 2.5 to 3 times the value.
+    the planned values.
 
     Examples
     --------

@@ -8,7 +8,7 @@ from findings.examples_reading import EXAMPLES as FILES
 from sigmatau.findings.curves import ConstantChannel
 from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.wording import causes
-from sigmatau.results import wrapped
+from sigmatau.results import csv_text, wrapped
 
 
 def test_finding_prints_itself():
@@ -71,3 +71,10 @@ def test_what_matters_most_is_said_first():
 def test_an_option_is_not_divided_at_the_end_of_a_line():
     assert wrapped(["A well-known bias: give --turn-on"], width=28) == ["A well-known bias: give", "  --turn-on"]
     assert wrapped(["a long word, and a well-known one"], width=25) == ["a long word, and a well-", "  known one"]
+
+
+def test_text_of_a_table_is_no_formula_of_a_spreadsheet():
+    columns = {"unit": ["=1+1", "@x", "-7", "SN=7"], "value": [-1.5e-7, 2.0, None, 3.0], "n": [-1, 2, 3, 4]}
+    assert csv_text(columns) == "unit,value,n\n'=1+1,-1.5e-07,-1\n'@x,2.0,2\n'-7,,3\nSN=7,3.0,4\n"
+    with_comma = csv_text(columns, decimal_comma=True)
+    assert with_comma == "unit;value;n\n'=1+1;-1,5e-07;-1\n'@x;2,0;2\n'-7;;3\nSN=7;3,0;4\n"

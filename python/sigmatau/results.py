@@ -121,15 +121,29 @@ def _cell(value: object) -> str:
     return "" if value is None else str(value)
 
 
-def csv_text(columns: Mapping[str, Sequence[object]]) -> str:
-    """A table as CSV: numbers with all digits, nothing for None."""
+def csv_text(columns: Mapping[str, Sequence[object]], *, decimal_comma: bool = False) -> str:
+    """A table as CSV: numbers with all digits, nothing for None.
+
+    Text that a spreadsheet would take for a formula gets an apostrophe in front. With a decimal comma the separator is a
+    semicolon.
+    """
     import csv
 
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
+    writer = csv.writer(out, lineterminator="\n", delimiter=";" if decimal_comma else ",")
     writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
+    writer.writerows(
+        [_csv_cell(value, decimal_comma=decimal_comma) for value in row] for row in zip(*columns.values(), strict=True)
+    )
     return out.getvalue()
+
+
+def _csv_cell(value: object, *, decimal_comma: bool) -> object:
+    if isinstance(value, str):
+        return f"'{value}" if value.startswith(_FORMULA_BEGINS) else value
+    if decimal_comma and isinstance(value, float):
+        return str(value).replace(".", ",")
+    return value
 
 
 ASCII = {
@@ -154,6 +168,7 @@ ASCII = {
 WIDTH = 80
 """Columns of a terminal, which printed forms do not exceed."""
 
+_FORMULA_BEGINS = ("=", "+", "-", "@", "\t", "\r")  # of text that a spreadsheet takes for a formula
 _OPTION = re.compile(r"--[a-z]+(?:-[a-z]+)+")
 _HYPHEN = "\u2011"  # hyphen at which textwrap does not break
 

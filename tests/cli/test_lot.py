@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -242,6 +243,22 @@ class TestOptions:
         code, out, _ = run(tmp_path / "u1.csv", tmp_path / "u2.csv", capsys=capsys)
         assert code == 4
         assert re.search(r"^missing +u2.csv", out, flags=re.MULTILINE)
+
+    def test_the_page_links_to_the_reports(self, tmp_path, capsys, monkeypatch):
+        """A log that cannot be used has no report, and its unit no link; numbers of the CSV have decimal commas."""
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "out").mkdir()
+        write_log(Path("u1.csv"), rates(1, duration=60))
+        Path("u2.csv").write_text("")
+        outputs = ("-o", "out/lot.html", "-o", "out/lot.csv", "--reports", "pages", "--decimal-comma")
+        assert run("u1.csv", "u2.csv", *outputs, capsys=capsys)[0] == 4
+        assert [file.name for file in Path("pages").iterdir()] == ["u1.csv.html"]
+        assert "noise report" in Path("pages/u1.csv.html").read_text()
+        assert re.findall(r'href="([^#"]+)"', Path("out/lot.html").read_text()) == ["../pages/u1.csv.html"]
+        (walk,) = [line for line in Path("out/lot.csv").read_text().splitlines() if "gyro_x;random_walk" in line]
+        assert re.fullmatch(r"u1.csv;.*;gyro_x;random_walk;(\d,\d+e-\d+;){3};rad/sqrt\(s\)", walk)
+        code, _, err = run("--store", "lab.db", "--reports", "pages", capsys=capsys)
+        assert (code, "a store has only results" in err) == (2, True)
 
     def test_a_pattern_that_the_shell_left(self, tmp_path, capsys):
         for k in (1, 2, 10):

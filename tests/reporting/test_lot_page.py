@@ -73,8 +73,25 @@ def test_the_convention_that_an_option_chose(many, tmp_path):
     assert [row[-1] for row in claim_rows(chosen)] == ["one-sided (chosen)", "Allan minimum (chosen)", "two-sided"]
 
 
+def test_the_workbook_has_a_row_for_each_unit(many, tmp_path):
+    """A name that looks like a formula stays text."""
+    calamine = pytest.importorskip("python_calamine")
+    named = replace(many, units=(replace(many.units[0], name='=HYPERLINK("x")'), *many.units[1:]))
+    st.lot_report(named, tmp_path / "lot.xlsx")
+    book = calamine.CalamineWorkbook.from_path(str(tmp_path / "lot.xlsx"))
+    assert book.sheet_names == ["Units", "Distribution", "What was done"]
+    head, *rows = book.get_sheet_by_name("Units").to_python()
+    assert len(rows) == 401
+    assert rows[0][:2] == ['=HYPERLINK("x")', "passed"]
+    k = head.index("gyro_x angle random walk [deg/√h]")
+    value = many.units[0].result.channels["gyro_x"].coefficients["random_walk"].value
+    assert rows[0][k] == pytest.approx(value * 60 * 180 / np.pi, rel=1e-12)
+    assert rows[0][k + 1] < rows[0][k] < rows[0][k + 2]
+    assert book.get_sheet_by_name("Distribution").to_python()[0][:2] == ["Axis", "Coefficient"]
+
+
 def test_the_page_in_a_browser(many, tmp_path, browser):
-    st.lot_report(many, tmp_path / "lot.html")
+    st.lot_report(many, tmp_path / "lot.html", reports={"unit 5": "reports/unit 5.html"})
     page = browser.new_page(viewport={"width": 1200, "height": 900})
     wrong, asked = [], []
     page.on("pageerror", lambda error: wrong.append(str(error)))
@@ -97,6 +114,13 @@ def test_the_page_in_a_browser(many, tmp_path, browser):
     head.click()
     head.click()
     assert page.evaluate(first) == "unit 5"
+    # Only the units that have all words are shown; the unit that has a report is a link to it.
+    page.locator("#search input").fill("UNIT failed")
+    assert page.locator("table.units tbody tr:visible").count() == 1
+    assert page.locator("#search output").text_content() == "1 of 401 units"
+    (address,) = [link.get_attribute("href") for link in page.locator("table.units a").all()]
+    assert address == "reports/unit%205.html"
+    page.locator("#search input").fill("")
     page.emulate_media(color_scheme="dark")
     page.locator("#theme").click()
     assert page.evaluate("document.documentElement.scrollWidth") <= 1200

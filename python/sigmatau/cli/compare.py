@@ -35,6 +35,7 @@ def compare_command(
     style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
+    decimal_comma: Annotated[bool, Parameter(negative=())] = False,
     model: Path | None = None,
     store: str | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
@@ -62,6 +63,8 @@ def compare_command(
         Write the comparison as JSON; - writes it to standard output instead of the table.
     csv
         Write one row for each group, channel and term as CSV in SI units.
+    decimal_comma
+        Write the CSV with decimal commas, and semicolons between the columns.
     model
         Write a model file (.toml): the noise of the longest record, and the turn-on bias of each channel, which is the
         spread of its means over the runs, with its interval. Each run has to follow a power-up.
@@ -102,7 +105,7 @@ def compare_command(
     check_shown({label.channel: (label.quantity, label.rate_unit) for label in comparison.table.labels})
     if csv is not None:
         with atomic(csv) as temporary:
-            temporary.write_text(csv_text(comparison.columns()), encoding="utf-8")
+            temporary.write_text(csv_text(comparison.columns(), decimal_comma=decimal_comma), encoding="utf-8")
     if plot is not None:
         with drawing(plot, style, quiet=quiet):
             write_figure(comparison.plot(), plot)

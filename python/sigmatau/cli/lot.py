@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -44,6 +44,7 @@ from sigmatau.lab.lots.reading import natural_order
 from sigmatau.lab.pages.lot_report import LOT_ENDINGS, lot_report
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
+from sigmatau.reporting.report import report
 from sigmatau.results import printable
 
 _MOST_JOBS = 4  # largest default number of processes; each holds a record in memory
@@ -59,6 +60,8 @@ def lot_command(
     unit_from: str | None = None,
     output: Annotated[list[Path] | None, Parameter(name=["--output", "-o"], negative=())] = None,
     results: Path | None = None,
+    reports: Path | None = None,
+    decimal_comma: Annotated[bool, Parameter(negative=())] = False,
     level: float = 0.95,
     factor: float | None = None,
     sided: Literal["one", "two"] | None = None,
@@ -94,9 +97,13 @@ def lot_command(
         Name of a unit: folder, or a regular expression for the path of its log with the name in parentheses,
         '(SN[0-9]+)'. Default: the file name.
     output
-        Write the lot: .html (a page that opens offline), .pdf, .csv, .json, .xml (JUnit). May be repeated.
+        Write the lot: .html (a page that opens offline), .pdf, .xlsx, .csv, .json, .xml (JUnit). May be repeated.
     results
         Folder for the result of each unit, as analyze --json writes it.
+    reports
+        Folder for the report of each log, as analyze --report writes it; the page of the lot links to them.
+    decimal_comma
+        Write .csv with decimal commas, and semicolons between the columns.
     level
         Confidence level of "above" and "below" a maximum: a unit with a value exactly at its maximum fails with a
         probability of at most 1 - LEVEL, and passes with a probability of at most 1 - LEVEL.
@@ -141,6 +148,8 @@ def lot_command(
         raise OptionError("--unit-from names the units of logs; those of a store have names", option="unit_from")
     if store is not None and results is not None:
         raise OptionError("--results keeps the results of logs; the store has its own", option="results")
+    if store is not None and reports is not None:
+        raise OptionError("--reports needs logs; a store has only results", option="reports")
     if not units and store is None:
         raise OptionError("name the logs or results of the units, or a folder of them", option="units")
     if jobs is not None and jobs < 1:
@@ -173,8 +182,11 @@ def lot_command(
             names = _units_in_paths([*logs, *files], unit_from)
         if results is not None:
             _prepare(results, {names[log] for log in logs}, quiet=quiet)
+        if reports is not None:
+            check_folder(reports, "reports")
+            expect_files(*(reports / f"{names[log]}.html" for log in logs))
         readings = assign_readings(reading, logs, [place for place in places if place in logs])
-        units_examined = _analysed(logs, names, readings, sheet, options, results, jobs=jobs, quiet=quiet)
+        units_examined = _analysed(logs, names, readings, sheet, options, results, reports, jobs=jobs, quiet=quiet)
         for file in files:
             units_examined[names[file]] = examine(file, sheet, name=names[file], **options)
         order = [names[place] for place in (*logs, *files)]
@@ -196,7 +208,8 @@ def lot_command(
         check_shown({band.channel: (band.quantity, band.unit) for band in lot.bands})
     for path in outputs:
         with working(f"writing {path}", quiet=quiet):
-            lot_report(lot, path, command=command_line())
+            links = {} if reports is None else _links({names[log] for log in logs}, reports, path.parent)
+            lot_report(lot, path, command=command_line(), reports=links, decimal_comma=decimal_comma)
     sys.stdout.write(json_text(lot.to_dict()) if json else f"{_text(lot, verbose=verbose)}\n")
     return lot.exit_code
 
@@ -363,6 +376,7 @@ def _analysed(
     sheet: Datasheet | None,
     options: Mapping[str, Any],
     results: Path | None,
+    reports: Path | None,
     *,
     jobs: int | None,
     quiet: bool,
@@ -375,7 +389,8 @@ def _analysed(
         return {}
     parallel = min(jobs or min(os.cpu_count() or 1, _MOST_JOBS), len(logs))
     threads = max((os.cpu_count() or 1) // parallel, 1)
-    work = partial(_work, readings=readings, threads=threads)
+    pages = {} if reports is None else {log: reports / f"{names[log]}.html" for log in logs}
+    work = partial(_work, readings=readings, pages=pages, command=command_line(), threads=threads)
     keep = partial(_keep, names=dict(names), sheet=sheet, options=dict(options), results=results)
     outcomes: dict[Path, batch.LogOutcome] = {}
     with working(f"analysing {len(logs)} units", quiet=quiet) as done:
@@ -408,8 +423,20 @@ def _examined(outcome: batch.LogOutcome) -> UnitResult:
     return outcome.extract
 
 
-def _work(log: Path, *, readings: Mapping[Path, ReadingOptions], threads: int) -> Analysis:
-    return analyze(read_log(log, readings[log], quiet=True), threads=threads)
+def _work(
+    log: Path, *, readings: Mapping[Path, ReadingOptions], pages: Mapping[Path, Path], command: str, threads: int
+) -> Analysis:
+    record = read_log(log, readings[log], quiet=True)
+    analysis = analyze(record, threads=threads)
+    if log in pages:
+        report(analysis, pages[log], record=record, command=command)
+    return analysis
+
+
+def _links(units: Iterable[str], reports: Path, folder: Path) -> dict[str, str]:
+    """Addresses of the reports of units, relative to the folder of the page; a log that cannot be used has none."""
+    pages = {unit: reports / f"{unit}.html" for unit in units}
+    return {unit: Path(os.path.relpath(page, folder)).as_posix() for unit, page in pages.items() if page.is_file()}
 
 
 def _keep(

@@ -355,6 +355,7 @@ def export_command(
     term: str | None = None,
     choice: Choice | None = None,
     history: Annotated[bool, Parameter(negative=())] = False,
+    decimal_comma: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Export a table of a store to Parquet or CSV, in SI units.
 
@@ -370,6 +371,8 @@ def export_command(
         Only this term.
     history
         Also export results that later ones of the same log and options have replaced.
+    decimal_comma
+        Write .csv with decimal commas, and semicolons between the columns.
     """
     check_output(output, (".parquet", ".csv"), "output")
     chosen = (choice or Choice()).chosen(history=history)
@@ -382,15 +385,15 @@ def export_command(
             table = opened_store.units(chosen) if what == "units" else opened_store.runs(chosen)
     if not len(table):
         raise DataError(f"the store has no {what} of this kind; nothing is written")
-    _write(table, output)
+    _write(table, output, decimal_comma=decimal_comma)
     say(f"written: {output} ({len(table)} rows)")
     return 0
 
 
-def _write(table: StoreTable, output: Path) -> None:
+def _write(table: StoreTable, output: Path, *, decimal_comma: bool) -> None:
     if output.suffix == ".csv":
         with atomic(output) as temporary:
-            temporary.write_text(csv_text(table.to_dict()), encoding="utf-8")
+            temporary.write_text(csv_text(table.to_dict(), decimal_comma=decimal_comma), encoding="utf-8")
         return
     try:
         import pyarrow as pa

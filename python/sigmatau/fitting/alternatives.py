@@ -45,11 +45,12 @@ class Modes:
     def __init__(self, n: int, tau0: float, tau_min: float) -> None:
         last = max(min(n, round(n * tau0 / tau_min)) if tau_min > 0 else n, 3)
         firsts = np.unique(np.round(np.geomspace(1, last - 1, _MODES)))
-        self.count = np.diff(firsts, append=float(last))
-        self.number = np.where(self.count > 1, np.sqrt(firsts * (firsts + self.count - 1)), firsts)
-        self.samples, self.tau0 = n, tau0
-        self.frequency = self.number / (2 * n * tau0)
-        self.chord = 4 * np.sin(np.pi * self.frequency * tau0) ** 2  # of the modes of differences
+        self.count: Floats = np.diff(firsts, append=float(last))  # modes of each group
+        self.number: Floats = np.where(self.count > 1, np.sqrt(firsts * (firsts + self.count - 1)), firsts)
+        self.samples: int = n
+        self.tau0: float = tau0
+        self.frequency: Floats = self.number / (2 * n * tau0)
+        self.chord: Floats = 4 * np.sin(np.pi * self.frequency * tau0) ** 2  # of the modes of differences
 
     def term(self, name: str) -> Floats:
         """Density of a noise term of coefficient 1."""

@@ -296,6 +296,20 @@ def test_a_spread_of_zero_without_an_interval(tmp_path, capsys):
         assert re.search(rf" 0\.055 +{re.escape(between)} ", row), row
 
 
+def test_a_table_with_decimal_commas_is_the_same_table(tmp_path, capsys):
+    rows = "".join(f"{k},gyro_x,random_walk,{1 + 0.1 * k},deg/sqrt(h),2.5\n" for k in range(5))
+    text = f"run,channel,term,value,unit,error_percent\n{rows}"
+    tables = {"table.csv": text, "semicolons.csv": text.replace(",", ";").replace(".", ",")}
+    for name, content in tables.items():
+        (tmp_path / name).write_text(content)
+    printed = []
+    for name in tables:
+        assert main(["compare", str(tmp_path / name), "--csv", str(tmp_path / "of.csv"), "--decimal-comma"]) == 0
+        printed.append((capsys.readouterr().out, (tmp_path / "of.csv").read_text()))
+    assert printed[0] == printed[1]
+    assert ";random_walk;" in printed[0][1]
+
+
 class TestCommand:
     def test_the_screen(self, folder, capsys):
         assert main(["compare", "day1.json", "day2.json", "day3.json", "day4.json"]) == 0

@@ -97,10 +97,16 @@ def _header(file: Path) -> list[str] | None:
     """The columns of a table of coefficients; None for any other file."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
-            columns = [name.strip().lower() for name in next(csv.reader([stream.readline()]), [])]
+            first = stream.readline()
+            columns = [name.strip().lower() for name in next(csv.reader([first], delimiter=_separator(first)), [])]
     except (OSError, UnicodeDecodeError, csv.Error):
         return None
     return columns if {"channel", "term", "value"} <= set(columns) else None
+
+
+def _separator(line: str) -> str:
+    """The separator of a table: a semicolon if decimals have a comma."""
+    return ";" if ";" in line and "," not in line else ","
 
 
 def _add_csv(builder: RunsBuilder, file: Path) -> None:
@@ -117,12 +123,12 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
         raise DataError("the column 'unit' is missing: the unit of each value")
     run_column = next((columns.index(name) for name in _RUN_COLUMNS if name in columns), None)
     serial_column = next((columns.index(name) for name in _SERIAL_COLUMNS if name in columns), None)
-    reader = _Rows(columns)
     runs: dict[tuple[str, str], int] = {}
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
-            rows = csv.reader(stream)
-            next(rows)
+            separator = _separator(stream.readline())
+            rows = csv.reader(stream, delimiter=separator)
+            reader = _Rows(columns, decimal="," if separator == ";" else ".")
             for cells in rows:
                 if not any(cells) or cells[0].startswith("#"):
                     continue
@@ -135,7 +141,7 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
                 try:
                     reader.add(builder, runs[serial, name], name, cells)
                 except DataError as error:
-                    raise error.at(f"row {rows.line_num}") from None
+                    raise error.at(f"row {rows.line_num + 1}") from None
     except OSError as error:
         raise DataError(error.strerror or str(error)) from None
     except (UnicodeDecodeError, csv.Error) as error:
@@ -152,7 +158,8 @@ _NUMBERS = ("value", "low", "high", "error", "error_percent", "upper_limit", "pl
 class _Rows:
     """Reads the rows of a table with given columns."""
 
-    def __init__(self, columns: Sequence[str]) -> None:
+    def __init__(self, columns: Sequence[str], decimal: str) -> None:
+        self._decimal = decimal
         self._key = tuple(columns.index(name) for name in ("channel", "term", "unit"))
         self._verdict = columns.index("verdict") if "verdict" in columns else None
         self._numbers = [columns.index(name) if name in columns else None for name in _NUMBERS]
@@ -169,7 +176,9 @@ class _Rows:
         self._read_rows.add((run, *key[:2]))
         label, factor = self._labels[key]
         value, low, high, error, percent, limit, delta = (
-            math.nan if column is None or not cells[column] else _number(cells[column], name)
+            math.nan
+            if column is None or not cells[column]
+            else _number(cells[column].replace(self._decimal, "."), name)
             for column, name in zip(self._numbers, _NUMBERS, strict=True)
         )
         if math.isnan(value):

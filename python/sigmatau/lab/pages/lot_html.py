@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
@@ -37,7 +38,7 @@ from sigmatau.results import printable
 _SCRIPTS = ("page", "numbers", "plot", "theme", "paper")
 
 
-def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
+def page(lot: Lot, *, title: str, command: str | None, date: datetime, reports: Mapping[str, str]) -> str:
     """The lot as HTML."""
     moment = moment_text(date)
     spec = "" if lot.spec is None else lot.spec.name
@@ -61,7 +62,7 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
         header=header,
         sections=[
             section("summary", "Summary", _summary(lot)),
-            section("units", "Units", _units(lot)),
+            section("units", "Units", _units(lot, reports)),
             section("distribution", "Distribution and drift", _distribution(lot)),
             section("curves", "Allan deviation", _curves()),
             section("findings", "Findings of each unit", _findings(lot)),
@@ -91,7 +92,7 @@ def _claims(lot: Lot) -> Markup:
     return joined(element("h3", "Specification"), scrolled(table))
 
 
-def _units(lot: Lot) -> Markup:
+def _units(lot: Lot, reports: Mapping[str, str]) -> Markup:
     columns = number_columns(lot)
     heads = [
         element("th", "Unit", scope="col", data_sort="text"),
@@ -101,19 +102,35 @@ def _units(lot: Lot) -> Markup:
     ]
     order = {state: k for k, state in enumerate(STATES)}
     prefix = common_prefix([unit.name for unit in lot.units if unit.state != "missing"])
-    rows = [_unit(unit, columns, order, prefix) for unit in sorted(lot.units, key=lambda unit: order[unit.state])]
+    rows = [
+        _unit(unit, columns, order, prefix, reports.get(unit.name))
+        for unit in sorted(lot.units, key=lambda unit: order[unit.state])
+    ]
     table = element("table", element("thead", element("tr", heads)), element("tbody", rows), class_="units")
     about = "Coefficients are the largest of the axes. Select the head of a column to sort by it."
     begin = [" Names begin with ", name(printable(prefix)), "."] if prefix else []
-    return joined(element("p", about, begin, class_="about"), scrolled(table))
+    search = element(
+        "input", type="search", placeholder="Search units, states and reasons", aria_label="Search the units"
+    )
+    found = element("output", class_="about")
+    return joined(
+        element("p", about, begin, class_="about"),
+        element("p", search, " ", found, id="search", class_="search", hidden=True),
+        scrolled(table),
+    )
 
 
-def _unit(unit: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int], prefix: str) -> Markup:
+def _unit(
+    unit: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int], prefix: str, report: str | None
+) -> Markup:
     chip = element("span", STATE_WORDS[unit.state], class_=f"chip {MARKS[unit.state]}")
     why = unit.brief if unit.state != "passed" else "; ".join(r.text for r in unit.notes if r.code in CODES)
+    shown: Markup = name(printable(unit.name.removeprefix(prefix)))
+    if report is not None:
+        shown = element("a", shown, href=quote(report))
     return element(
         "tr",
-        element("th", name(printable(unit.name.removeprefix(prefix))), scope="row", title=printable(unit.name)),
+        element("th", shown, scope="row", title=printable(unit.name)),
         element("td", chip, data_key=str(order[unit.state])),
         element("td", why, class_="reason"),
         (element("td", cell, class_="value") for cell in unit_values(unit, columns)),

@@ -1,10 +1,10 @@
-"""`lot_report`: a lot as a page, a document to print, a table, JSON, or JUnit XML."""
+"""`lot_report`: a lot as a page, a document to print, a workbook, a table, JSON, or JUnit XML."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -17,14 +17,21 @@ from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_words import STATE_WORDS
 from sigmatau.results import csv_text, printable
 
-LOT_ENDINGS = (".html", ".pdf", ".csv", ".json", ".xml")
+LOT_ENDINGS = (".html", ".pdf", ".xlsx", ".csv", ".json", ".xml")
 """Extensions of a lot."""
 
 _NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def lot_report(
-    lot: Lot, path: str | Path, *, title: str = "Lot", command: str | None = None, date: datetime | None = None
+    lot: Lot,
+    path: str | Path,
+    *,
+    title: str = "Lot",
+    command: str | None = None,
+    date: datetime | None = None,
+    reports: Mapping[str, str] | None = None,
+    decimal_comma: bool = False,
 ) -> None:
     """Write a lot to a file, by its extension.
 
@@ -34,6 +41,7 @@ def lot_report(
         Result of `sigmatau.judge_lot`.
     path : str or Path
         ``.html``: a page that opens offline, with charts. ``.pdf``: to print; needs ``pip install 'sigmatau[pdf]'``.
+        ``.xlsx``: a row of numbers for each unit; needs ``pip install 'sigmatau[excel]'``.
         ``.csv``: one row per unit, channel and coefficient, in SI. ``.json``: all numbers, in SI. ``.xml``: JUnit, one test
         case per unit: a unit that failed is a failure, and one that is not judged, not read or missing is an error.
     title : str
@@ -42,6 +50,10 @@ def lot_report(
         Command that made the report, to be printed in it.
     date : datetime, optional
         Date of the report. Default: now.
+    reports : mapping of str to str, optional
+        Addresses of the reports of units, by name, relative to the page; the units of the page are links to them.
+    decimal_comma : bool
+        A ``.csv`` with decimal commas, and semicolons between the columns.
 
     Raises
     ------
@@ -50,7 +62,7 @@ def lot_report(
     DataError
         If the file cannot be written.
     ImportError
-        For a PDF without typst.
+        For a PDF without typst, or a workbook without XlsxWriter.
 
     See Also
     --------
@@ -74,9 +86,13 @@ def lot_report(
     if ending == ".json":
         made = (json.dumps(lot.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n").encode()
     elif ending == ".csv":
-        made = csv_text(lot.columns()).encode()
+        made = csv_text(lot.columns(), decimal_comma=decimal_comma).encode()
     elif ending == ".xml":
         made = junit(lot, moment).encode()
+    elif ending == ".xlsx":
+        from sigmatau.lab.pages.lot_xlsx import workbook
+
+        made = workbook(lot, command=command, date=moment)
     elif ending == ".pdf":
         from sigmatau.lab.pages.lot_pdf import document
 
@@ -84,7 +100,7 @@ def lot_report(
     else:
         from sigmatau.lab.pages.lot_html import page
 
-        made = page(lot, title=title, command=command, date=moment).encode()
+        made = page(lot, title=title, command=command, date=moment, reports=reports or {}).encode()
     with atomic(file) as temporary:
         temporary.write_bytes(made)
 

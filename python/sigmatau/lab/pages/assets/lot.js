@@ -160,6 +160,19 @@ for (const head of document.querySelectorAll("table.units th[data-sort]")) {
   head.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); sort(); } });
 }
 
+// Only the units whose row contains all words of the search are shown.
+const search = document.getElementById("search");
+if (search) {
+  const [input, count] = search.children, rows = [...document.querySelectorAll("table.units tbody tr")];
+  const texts = rows.map((row) => `${row.cells[0].title} ${row.textContent}`.toLowerCase());
+  search.hidden = false;
+  input.addEventListener("input", () => {
+    const words = input.value.toLowerCase().split(/\s+/).filter(Boolean);
+    rows.forEach((row, k) => { row.hidden = !words.every((word) => texts[k].includes(word)); });
+    count.textContent = words.length ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} units` : "";
+  });
+}
+
 // On paper two figures are beside each other.
 const HALF_PAPER = 310; // width of a plot on A4 [px]
 onPrint(() => {

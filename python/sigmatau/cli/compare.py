@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from sigmatau.cli.declared import Show
-from sigmatau.cli.options import check_outputs, check_style, drawing, matched, say, working, write_figure, write_result
+from sigmatau.cli.options import (
+    check_output,
+    check_outputs,
+    check_style,
+    command_line,
+    drawing,
+    matched,
+    say,
+    working,
+    write_figure,
+    write_result,
+)
 from sigmatau.cli.settings import Comparing
 from sigmatau.cli.turn_on import write_model
 from sigmatau.errors import DataError, OptionError
@@ -31,6 +43,7 @@ def compare_command(
     *results: Path,
     comparing: Comparing | None = None,
     table: Annotated[bool, Parameter(name=["--table", "--verbose", "-v"], negative=())] = False,
+    report: Path | None = None,
     plot: Path | None = None,
     style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -55,6 +68,8 @@ def compare_command(
         value, unit and error (1 sigma) or error_percent.
     table
         Print all values: one table for each sensor and term, runs as rows and axes as columns, as in the paper.
+    report
+        Write a page that opens offline (.html): charts of the values of all runs with their intervals, and the tables.
     plot
         Draw the values of the first group with their intervals: .png, .svg or .pdf.
     style
@@ -95,7 +110,8 @@ def compare_command(
     if model is not None and store is not None:
         raise OptionError("--model needs results as files, not --store", option="model")
     _refuse_inside(results, None if str(json) == "-" else json, csv, model)
-    check_outputs(results, plot=plot, json=json, csv=csv, model=model)
+    check_output(report, (".html",), "report")
+    check_outputs(results, report=report, plot=plot, json=json, csv=csv, model=model)
     with working("reading results", quiet=quiet):
         comparison = (
             compare_runs(results, by=options.by, level=options.level, jobs=options.jobs)
@@ -106,6 +122,12 @@ def compare_command(
     if csv is not None:
         with atomic(csv) as temporary:
             temporary.write_text(csv_text(comparison.columns(), decimal_comma=decimal_comma), encoding="utf-8")
+    if report is not None:
+        from sigmatau.lab.pages.comparison_html import comparison_page
+
+        with working(f"writing {report}", quiet=quiet), atomic(report) as temporary:
+            content = comparison_page(comparison, command=command_line(), date=datetime.now(tz=UTC))
+            temporary.write_text(content, encoding="utf-8")
     if plot is not None:
         with drawing(plot, style, quiet=quiet):
             write_figure(comparison.plot(), plot)

@@ -6,6 +6,7 @@ import contextlib
 import glob
 import json as json_module
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -36,6 +37,7 @@ ENDINGS: Mapping[str, Sequence[str]] = {
 """Allowed endings of an output, by option; all if the option is missing."""
 _REPORTS = ("report", "output")  # options that need typst for a PDF
 _DATABASE = b"SQLite format 3\0"  # first bytes of a database file
+_PASSWORD = re.compile(r"(://[^\s/:@]*:|[?&]password=)[^\s@&]+")  # in the address of a database
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # sizes of the curves on the screen
 
 
@@ -140,10 +142,11 @@ def refuse_same(log: Path, /, **outputs: Path | None) -> None:
 
 
 def command_line() -> str:
-    """The command line of this process, in a form that can be typed again."""
+    """The command line of this process, in a form that can be typed again; the password of an address is replaced."""
     import shlex
 
-    return shlex.join(["sigmatau", *sys.argv[1:]])
+    hidden = (_PASSWORD.sub(r"\1…", argument) for argument in sys.argv[1:])
+    return shlex.join(["sigmatau", *hidden])
 
 
 def check_outputs(inputs: Sequence[Path], /, **outputs: Path | None) -> None:

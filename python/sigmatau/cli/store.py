@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from sigmatau.cli.declared import Show
 from sigmatau.cli.messages import print_error
-from sigmatau.cli.options import check_output, json_text, matched, say, working, write_result
+from sigmatau.cli.options import check_output, command_line, json_text, matched, say, working, write_result
 from sigmatau.cli.settings import LevelSettings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
@@ -315,6 +315,7 @@ def trend_command(
     by: Literal["day", "week", "month", "quarter", "year"] = "month",
     settings: LevelSettings | None = None,
     choice: Choice | None = None,
+    report: Path | None = None,
     json: Json = None,
     show: Show = None,
 ) -> int:
@@ -330,11 +331,14 @@ def trend_command(
         Channel, gyro_x; may be repeated. Default: all.
     by
         Length of a period.
+    report
+        Write a page that opens offline (.html): charts of the medians with their intervals, drifts, and the tables.
     json
         Write the trend as JSON; - writes it to standard output.
     """
     set_shown(show)
     check_output(None if str(json) == "-" else json, (), "json")
+    check_output(report, (".html",), "report")
     chosen = (choice or Choice()).chosen()
     level = (settings or LevelSettings()).arguments()
     with opened(store) as opened_store:
@@ -343,6 +347,15 @@ def trend_command(
         {name: (each.quantity, each.rate_unit) for name, each in trend.channels.items()},
         [term if term in TERMS else "bias_instability"],
     )
+    if report is not None:
+        from sigmatau.lab.pages.trend_html import trend_page
+        from sigmatau.lab.store.connect import shown_place
+
+        with atomic(report) as temporary:
+            content = trend_page(
+                trend, store=shown_place(store_place(store)), command=command_line(), date=datetime.now(tz=UTC)
+            )
+            temporary.write_text(content, encoding="utf-8")
     write_result(repr(trend), trend.to_dict() if json is not None else None, json)
     return 0
 

@@ -27,7 +27,7 @@ _CSV = command("compare", Hint("csv", value="FILE"))
 _MOST_NAMED = 4  # largest number of runs, groups or results that are named in a line
 _STD = 3  # column STD %, which is only in --table if the table is too wide
 _LARGEST = 1.0  # largest relative spread that is printed
-_SHORT: dict[Judgement, str] = {
+VERDICTS: dict[Judgement, str] = {
     "repeatable": "repeatable",
     "varies": "varies",
     "outlier": "outlier",
@@ -114,6 +114,29 @@ def _single_group(comparison: RunComparison) -> list[str]:
     return lines + below
 
 
+def remarks(comparison: RunComparison) -> list[str]:
+    """What was compared, and what stands out: rows that vary, runs that do not belong, the turn-on bias."""
+    what, judgements = COMPARED[comparison.by], comparison.judgements()
+    order = in_order(comparison, np.flatnonzero(comparison.cells.valued).tolist())
+    has_groups = len(comparison.groups) > 1
+    lines = [] if has_groups else [_head(comparison)]
+    compared = 0
+    for row in order:
+        group, label = comparison.key(row)
+        compared += judgements[row] in ("repeatable", "varies", "outlier", "too_alike")
+        if judgements[row] == "varies":
+            spread = spread_texts(label, comparison.row(row))[1]
+            name = " ".join(filter(None, [group if has_groups else "", label.channel, term_name(label)]))
+            lines.append(f"{name} varies between {what}s: spread {spread} %")
+    if compared and not any(judgements[row] in ("varies", "outlier") for row in order):
+        lines.append(f"No value differs between the {what}s by more than its error")
+    lines += [line for line in _warnings(comparison, order, judgements) if not line.startswith("·")]
+    if not has_groups:
+        turn_on = " ".join(line.strip() for line in _turn_on(comparison))
+        lines.append(turn_on[:1].upper() + turn_on[1:])
+    return [line.removeprefix("! ") for line in lines if line]
+
+
 def _head(comparison: RunComparison) -> str:
     used = [run for run in comparison.runs if not run.problem]
     what = COMPARED[comparison.by]
@@ -149,9 +172,15 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
         label, effects = comparison.key(row)[1], comparison.row(row)
         unit, size = display_unit(label, [effects.mean])
         valued, looked = int(comparison.cells.valued[row]), int(comparison.cells.looked[row])
-        verdict = _SHORT[judgements[row]] if valued == looked else f"{valued} of {looked}"
+        verdict = VERDICTS[judgements[row]] if valued == looked else f"{valued} of {looked}"
         cells.append(
-            (label.channel, term_name(label), f"{_mean_text(effects, size)} {unit}", *_spread(label, effects), verdict)
+            (
+                label.channel,
+                term_name(label),
+                f"{mean_text(effects, size)} {unit}",
+                *spread_texts(label, effects),
+                verdict,
+            )
         )
     widths = _widths(cells)
     if sum(widths) + len(widths) - 1 > WIDTH:
@@ -185,12 +214,13 @@ def _widths(cells: Sequence[Sequence[str]]) -> list[int]:
     return [max(map(len, column)) for column in zip(*cells, strict=True)]
 
 
-def _mean_text(effects: RandomEffects, size: float) -> str:
+def mean_text(effects: RandomEffects, size: float) -> str:
+    """The mean of a row to the digits of its interval, in a unit of this size."""
     low, high = (None if end is None else end / size for end in (effects.low, effects.high))
     return round_to_error(effects.mean / size, low, high).value
 
 
-def _spread(label: Label, effects: RandomEffects) -> tuple[str, str, str]:
+def spread_texts(label: Label, effects: RandomEffects) -> tuple[str, str, str]:
     """STD, spread between runs, and half of the prediction interval, in per cent; for a signed term, relative to its
     mean.
     """
@@ -374,11 +404,11 @@ def _paper_table(
     stds = (None if row.std is None else row.std / size for row in effects)
     cells.append(("STD", *("" if std is None else _std_text(std, digits) for std in stds)))
     if term != MEAN:
-        spreads = [_spread(label, by_run) for label, by_run in zip(labels, effects, strict=True)]
+        spreads = [spread_texts(label, by_run) for label, by_run in zip(labels, effects, strict=True)]
         cells.append(("STD %", *(by_run[0] for by_run in spreads)))
         cells.append((f"between {what}s %", *(by_run[1] for by_run in spreads)))
         cells.append(("next ± %", *(by_run[2] for by_run in spreads)))
-        cells.append(("verdict", *(_SHORT[judgements[row]] for row in rows)))
+        cells.append(("verdict", *(VERDICTS[judgements[row]] for row in rows)))
         std = comparison.cells.std
         for title, symbol, errors in (
             ("paper: STD < δ", "δ", comparison.cells.delta),

@@ -35,7 +35,8 @@ from sigmatau.reporting.html import asset, done, frame, scrolled, section
 from sigmatau.reporting.markup import Markup, element, joined, name, raised
 from sigmatau.results import printable
 
-_SCRIPTS = ("page", "numbers", "plot", "theme", "paper")
+SCRIPTS = ("page", "numbers", "plot", "theme", "paper")
+"""Modules of the report that the pages of the laboratory share."""
 
 
 def page(lot: Lot, *, title: str, command: str | None, date: datetime, reports: Mapping[str, str]) -> str:
@@ -70,7 +71,10 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime, reports: 
         ],
         charts=chart_data(lot),
         styles=asset("report.css") + asset("lot.css", __package__),
-        scripts=[*(asset(f"{module}.js") for module in _SCRIPTS), asset("lot.js", __package__)],
+        scripts=[
+            *(asset(f"{module}.js") for module in SCRIPTS),
+            *(asset(f, __package__) for f in ("figures.js", "lot.js")),
+        ],
     )
 
 

@@ -74,7 +74,7 @@ def open_engine(place: str | Path, *, create: bool = True) -> Engine:
         raise
     except (sqlalchemy.exc.SQLAlchemyError, ValueError, TypeError) as error:  # damaged text, a value of the wrong type
         engine.dispose()
-        raise DataError(f"{_shown(place)}: {reason(error)}") from None
+        raise DataError(f"{shown_place(place)}: {reason(error)}") from None
     return engine
 
 
@@ -118,12 +118,14 @@ def _url(place: str | Path, *, create: bool) -> URL:
             return make_url(f"postgresql+psycopg://{rest}")
         except (ValueError, ArgumentError):
             raise OptionError(
-                f"{_shown(place)}: is not a URL; give it as postgresql://USER@HOST:5432/NAME", option="store"
+                f"{shown_place(place)}: is not a URL; give it as postgresql://USER@HOST:5432/NAME", option="store"
             ) from None
     if scheme == "sqlite" and len(rest) > 1 and rest.startswith("/"):
         return _sqlite_url(_file(Path(rest[1:]), create=create))
     what = "give a file of SQLite by its name" if scheme == "sqlite" else f"{scheme} is not supported"
-    raise OptionError(f"{_shown(place)}: a store is a file, or postgresql://USER@HOST/NAME; {what}", option="store")
+    raise OptionError(
+        f"{shown_place(place)}: a store is a file, or postgresql://USER@HOST/NAME; {what}", option="store"
+    )
 
 
 def _sqlite_url(path: Path) -> URL:
@@ -165,7 +167,7 @@ def _file(path: Path, *, create: bool) -> Path:
     return path
 
 
-def _shown(place: str | Path) -> str:
+def shown_place(place: str | Path) -> str:
     """Hide the password of a place."""
     text = re.sub(r"(://[^:/@]*):.*@", r"\1:…@", str(place))
     return re.sub(r"([?&]password=)[^&]*", r"\1…", text)
@@ -222,15 +224,15 @@ def _make_tables(engine: Engine, place: str | Path) -> None:
             return True
         if names and (stated is None or not _TABLES.issubset(names)):
             raise DataError(
-                f"{_shown(place)}: has other tables ({', '.join(sorted(names)[:3])} …); give an empty database"
+                f"{shown_place(place)}: has other tables ({', '.join(sorted(names)[:3])} …); give an empty database"
             )
         if stated is not None and stated < VERSION:
             again = command("store", "add", "RESULTS", Hint("store", value="NEW"))
             raise DataError(
-                f"{_shown(place)}: is of a version before the first release; add its results to a new store: {again}"
+                f"{shown_place(place)}: is of a version before the first release; add its results to a new store: {again}"
             )
         if stated is not None:
-            raise DataError(f"{_shown(place)}: is of a newer version of sigmatau; update sigmatau")
+            raise DataError(f"{shown_place(place)}: is of a newer version of sigmatau; update sigmatau")
         return False
 
     with engine.connect() as connection:

@@ -42,25 +42,23 @@ def trend_text(trend: Trend) -> str:
 
 
 def _channel(trend: Trend, channel: ChannelTrend) -> list[str]:
+    heads, rows, drifts = channel_texts(trend, channel)
+    return [f"{channel.channel} {trend.term.replace('_', ' ')}", *aligned([heads, *rows]), *drifts]
+
+
+def channel_texts(trend: Trend, channel: ChannelTrend) -> tuple[tuple[str, ...], list[tuple[str, ...]], list[str]]:
+    """Headings and rows of the table of periods of a channel, and the lines about its drifts."""
     unit, size = usual_unit(
         trend.term, channel.quantity, channel.rate_unit, [period.middle for period in channel.periods]
     )
     signed = trend.term in SIGNED
+    level = f"{100 * trend.level:g} %"
     spread = f"spread [{unit}]" if signed else "spread"
-    head = (
-        trend.by,
-        "units",
-        "runs",
-        "limits",
-        f"median [{unit}]",
-        f"{100 * trend.level:g} %",
-        spread,
-        f"{100 * trend.level:g} %",
-    )
-    rows = [head, *(_row(period, size, signed=signed) for period in channel.periods)]
-    slopes = (_drift(drift, unit, size, signed=signed) for drift in channel.drifts)
-    batch_lines = [] if channel.order is None or channel.order.kind == "drift" else [_batch_line(channel.order)]
-    return [f"{channel.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes, *batch_lines]
+    heads = (trend.by, "units", "runs", "limits", f"median [{unit}]", level, spread, level)
+    drifts = [_drift(drift, unit, size, signed=signed) for drift in channel.drifts]
+    if channel.order is not None and channel.order.kind != "drift":
+        drifts.append(_batch_line(channel.order))
+    return heads, [_row(period, size, signed=signed) for period in channel.periods], drifts
 
 
 def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 //
 // A description has axes `x` and `y`, and what is drawn:
 //   lines   [{name, x, y, low, high, colour, dash, width, points, read}]  low and high make a band; read: in the readout
+//           bars: true if low and high are bars at the points
 //           interval {low, high}: what is read and saved of a band that is drawn in part
 //   spans   [[from, to]] of x that are shaded
 //           tag: its name, written beside its steeper end
@@ -10,7 +11,8 @@
 //   cells   {x, y, values, colour, text} a map; x and y are edges, values by rows of x
 //   note    a text in the middle of the plot
 //   height  in pixels
-// An axis has {label, log, range}; also `name` for a label that is not drawn, and `least` characters of its ticks.
+// An axis has {label, log, range}; also `name` for a label that is not drawn, `least` characters of its ticks, and `places`,
+// the names of 1, 2, 3 ….
 
 import { colour } from "./page.js";
 import { linearTicks, logTicks, rangeOf, tickTexts } from "./numbers.js";
@@ -29,7 +31,7 @@ export function draw(place, described) {
   for (const line of described.lines) {
     if (line.y) series.push(styled(line, line.width ?? 1.6, line.points));
     if (line.low) {
-      bands.push({ series: [series.length + 1, series.length], fill: () => faded(line.colour(), line.y ? 0.18 : 0.75) });
+      if (!line.bars) bands.push({ series: [series.length + 1, series.length], fill: () => faded(line.colour(), line.y ? 0.18 : 0.75) });
       const edge = line.y ? 0 : 0.8;
       series.push(styled(line, edge), styled(line, edge));
     }
@@ -104,13 +106,13 @@ function scaleOf(described, axis) {
 }
 
 function axisOf(described, axis) {
-  const { label, log, least = 3 } = described[axis];
+  const { label, log, least = 3, places } = described[axis];
   const ticks = (u, _, low, high) => (log ? logTicks(low, high) : linearTicks(low, high, axis === "x" ? 6 : yTicks(described)));
   return {
     label: label || undefined, labelSize: label ? 24 : 0, labelGap: 0, size: axis === "x" ? 34 : (u, values) => 18 + 7.2 * Math.max(least, ...(values ?? []).map((v) => v.length)),
     font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
     stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("line"), width: 1, size: 5 },
-    splits: ticks, filter: (_, splits) => splits, values: (_, splits) => tickTexts(splits, log),
+    splits: ticks, filter: (_, splits) => splits, values: (_, splits) => (places ? splits.map((place) => places[place - 1] ?? "") : tickTexts(splits, log)),
   };
 }
 
@@ -152,6 +154,26 @@ function under(u, { spans, cells }) {
   ctx.restore();
 }
 
+/** The intervals of the points of a line. */
+function bars(u, { x, low, high, colour: paint }) {
+  const { ctx, bbox } = u;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.beginPath();
+  x.forEach((value, k) => {
+    if (low[k] === null || high[k] === null) return;
+    const across = u.valToPos(value, "x", true);
+    ctx.moveTo(across, u.valToPos(low[k], "y", true));
+    ctx.lineTo(across, u.valToPos(high[k], "y", true));
+  });
+  ctx.strokeStyle = paint();
+  ctx.lineWidth = 1.4 * devicePixelRatio;
+  ctx.stroke();
+  ctx.restore();
+}
+
 export function eachCell(cells, visit) {
   const rows = cells.y.length - 1;
   for (let i = 0; i + 1 < cells.x.length; i++)
@@ -165,6 +187,7 @@ export function eachCell(cells, visit) {
 function over(u, described) {
   const { ctx, bbox } = u;
   ctx.save();
+  for (const line of described.lines) if (line.bars) bars(u, line);
   for (const mark of described.marks ?? []) {
     const x = u.valToPos(mark.x, "x", true), size = 5 * devicePixelRatio, bottom = bbox.top + bbox.height;
     if (x < bbox.left || x > bbox.left + bbox.width) continue;

@@ -1,53 +1,5 @@
 // The page of a lot: curves of all units, values over the order of the units, sorting of the table.
 
-const lotFigures = [];
-const MOST_COLOURS = 6;
-
-/** A figure that is drawn when it comes near the window. */
-function lotFigure(place, title, height, legend, describe, read) {
-  const body = make("div", { className: "plot" }), readout = make("div", { className: "readout" });
-  body.style.minHeight = `${height}px`;
-  const zoomIn = make("button", { type: "button", title: "Zoom in" }, "+"), zoomOut = make("button", { type: "button", title: "Zoom out" }, "−");
-  const all = make("button", { type: "button", title: "Show all" }, "Reset");
-  const element = make("figure", {}, make("div", { className: "top" }, make("figcaption", {}, title), make("div", { className: "controls tools" }, zoomIn, zoomOut, all)), legendOf(legend), body, readout);
-  const hint = "Point to read, drag to zoom, double-click for all.";
-  const figure = { element, plot: null };
-  figure.draw = () => {
-    if (figure.plot) return;
-    const described = describe();
-    described.onread = (point) => readout.replaceChildren(...(point ? read(point) : [hint]));
-    figure.plot = draw(body, described);
-    if (described.thin) (figure.plot.u.hooks.drawClear ??= []).push((u) => thinLines(u, described));
-    readout.textContent = hint;
-    zoomIn.onclick = () => zoom(figure.plot, 1 / 1.5);
-    zoomOut.onclick = () => zoom(figure.plot, 1.5);
-    all.onclick = () => figure.plot.reset();
-  };
-  place.append(element);
-  lotFigures.push(figure);
-  lotWatcher.observe(element);
-}
-
-/** Names of what is drawn, in their colours of the style sheet. */
-function legendOf(entries) {
-  return make("div", { className: "controls" }, ...entries.map(([name, paint]) => {
-    const swatch = make("i");
-    swatch.style.background = paint;
-    return make("span", { className: "swatch" }, swatch, make("bdi", {}, name));
-  }));
-}
-
-const lotWatcher = new IntersectionObserver((entries) => {
-  for (const entry of entries) {
-    if (!entry.isIntersecting) continue;
-    lotWatcher.unobserve(entry.target);
-    requestIdle(() => lotFigures.find((one) => one.element === entry.target).draw());
-  }
-}, { rootMargin: "400px" });
-
-/** One figure a time when the page has nothing else to do, so that scrolling stays smooth. */
-const requestIdle = window.requestIdleCallback ? (task) => requestIdleCallback(task, { timeout: 300 }) : (task) => setTimeout(task, 0);
-
 const markedColour = (k) => `axis-${1 + (k % (MOST_COLOURS - 1))}`;
 const faint = () => faded(colour("guide"), 0.35);
 
@@ -84,8 +36,8 @@ function describeCurves(panel) {
   const rows = panel.rows.map((row) => row.map((step, k) => (step === null ? null : middle[k] + step / 1000))); // logarithms
   let least = Infinity, most = -Infinity;
   for (const row of rows) for (const value of row) if (value !== null) { least = Math.min(least, value); most = Math.max(most, value); }
-  lines.push({ name: "10 % to 90 % of the units", x: tau, y: median, low, high, colour: () => colour("axis-0"), width: 1.8, read: true });
-  panel.limits.forEach(({ text: name, adev }) => lines.push({ name, x: tau, y: adev, colour: () => colour("poor"), width: 1.2, dash: [6, 4], read: true, framed: false }));
+  lines.push({ name: "10 % to 90 % of the units", key: "median, 10–90 %", x: tau, y: median, low, high, colour: () => colour("axis-0"), width: 1.8, read: true });
+  panel.limits.forEach(({ text: name, adev }) => lines.push({ name, key: "maximum", x: tau, y: adev, colour: () => colour("poor"), width: 1.2, dash: [6, 4], read: true, framed: false }));
   panel.marked.forEach((unit_, k) => {
     const at = panel.of.indexOf(unit_);
     if (at >= 0) lines.push({ name: content.units[unit_], x: tau, y: values(panel.rows[at]), colour: () => colour(markedColour(k)), width: 1.3, read: true });
@@ -112,8 +64,8 @@ function describeValues(panel) {
     const paint = () => channelColour(k, panel.channels.length);
     const usual = one.at.map((unit, j) => (one.outliers.includes(unit) ? null : one.values[j]));
     lines.push({ name: one.name, x: one.at.map((unit) => unit + 1), y: one.values, colour: paint, width: 0, points: true, read: true });
-    lines.push({ name: "", x: ends, y: [one.median, one.median], colour: paint, width: 0.8, dash: [2, 3] });
-    if (usual.includes(null)) lines.push({ name: "", x: one.at.map((unit) => unit + 1), y: one.values.map((value, j) => (usual[j] === null ? value : null)), colour: () => colour("poor"), width: 0, points: true });
+    lines.push({ name: "", key: one.name, x: ends, y: [one.median, one.median], colour: paint, width: 0.8, dash: [2, 3] });
+    if (usual.includes(null)) lines.push({ name: "", key: one.name, x: one.at.map((unit) => unit + 1), y: one.values.map((value, j) => (usual[j] === null ? value : null)), colour: () => colour("poor"), width: 0, points: true });
   });
   panel.limits.forEach((limit) => lines.push({ name: "maximum", x: ends, y: [limit, limit], colour: () => colour("poor"), width: 1.2, dash: [6, 4], framed: panel.channels.some((one) => Math.max(...one.values) > limit / 3) }));
   const every = panel.channels.flatMap((one) => one.values);
@@ -135,11 +87,11 @@ function readValues(panel) {
 for (const place of document.querySelectorAll("[data-lot]")) {
   if (place.dataset.lot === "curves") for (const panel of content.curves) {
     const legend = [["median, 10–90 %", "var(--axis-0)"], ...(panel.limits.length ? [["maximum", "var(--poor)"]] : []), ...panel.marked.map((unit, k) => [content.units[unit], `var(--${markedColour(k)})`])];
-    lotFigure(place, make("bdi", {}, panel.channel), 300, legend, () => describeCurves(panel), readCurves(panel));
+    labFigure(place, make("bdi", {}, panel.channel), 300, legend, () => describeCurves(panel), readCurves(panel));
   } else for (const panel of content.values) {
     const legend = panel.channels.map((one, k) => [one.name, panel.channels.length <= MOST_COLOURS ? `var(--axis-${k})` : "var(--soft)"]);
     if (panel.limits.length) legend.push(["maximum", "var(--poor)"]);
-    lotFigure(place, make("bdi", {}, panel.title), 260, legend, () => describeValues(panel), readValues(panel));
+    labFigure(place, make("bdi", {}, panel.title), 260, legend, () => describeValues(panel), readValues(panel));
   }
 }
 
@@ -172,10 +124,3 @@ if (search) {
     count.textContent = words.length ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} units` : "";
   });
 }
-
-// On paper two figures are beside each other.
-const HALF_PAPER = 310; // width of a plot on A4 [px]
-onPrint(() => {
-  for (const one of lotFigures) one.draw();
-  for (const { plot } of lotFigures) plot.u.setSize({ width: HALF_PAPER, height: 0.8 * plot.described.height });
-});

@@ -92,15 +92,15 @@ def process_excluded(
 
     The rise of the deviance has a mean λ and a standard deviation 2√λ.
     """
-    others = {name: size for name, size in noise.items() if size and name not in ("bias_instability", "rate_ramp")}
-    density = modes.density(others | {"bias_instability": value}, processes)
-    names = {"random_walk", "rate_random_walk"} | (set(others) & {"quantization"})
+    background = {name: size for name, size in noise.items() if size and name not in ("bias_instability", "rate_ramp")}
+    density = modes.density(background | {"bias_instability": value}, processes)
+    names = {"random_walk", "rate_random_walk"} | (set(background) & {"quantization"})
     columns = [modes.term(name) for name in sorted(names)] + [modes.process(g.time) for g in processes]
     # beside a rate random walk, slow noise of any kind resembles a bias instability
-    allowed = _PARAMETER if others.get("rate_random_walk") else _INTERVAL
-    least = allowed - _PARAMETER + _BY_CHANCE
+    tolerated = _PARAMETER if background.get("rate_random_walk") else _INTERVAL
+    allowed_rise = tolerated - _PARAMETER + _BY_CHANCE
     z = float(normal_quantile(power))
-    needed = (z + math.sqrt(z * z + least)) ** 2
+    needed = (z + math.sqrt(z * z + allowed_rise)) ** 2
     shortest, longest = _SHORTEST_TIME * modes.tau0, modes.samples * modes.tau0 / _LONGEST_SHARE
     times = np.geomspace(shortest, longest, max(int(_TIMES * math.log10(max(longest / shortest, 1))) + 1, 2))
     return all(_divergence(density, [*columns, modes.process(time)], modes.count) >= needed for time in times)
@@ -130,12 +130,12 @@ def least_ramp_beside_walk(
 
 
 def _divergence(density: Floats, columns: Sequence[Floats], count: Floats, fixed: Floats | None = None) -> float:
-    """Twice the smallest Kullback-Leibler divergence from sums of the columns with factors of at least 0, and of `fixed`."""
+    """Twice the smallest Kullback-Leibler divergence from sums of the columns with non-negative factors, and of `fixed`."""
     from scipy.optimize import nnls
 
     design = np.column_stack(columns)
     rest = np.zeros_like(density) if fixed is None else fixed
-    fitted, least = density + rest, math.inf
+    fitted, smallest = density + rest, math.inf
     for _ in range(_STEPS):
         weight = np.sqrt(count) / fitted
         scaled = design * weight[:, None]
@@ -145,7 +145,7 @@ def _divergence(density: Floats, columns: Sequence[Floats], count: Floats, fixed
         if not (new > 0).all():
             break
         ratio = density / new
-        fitted, last, least = new, least, float(np.sum(count * (ratio - 1 - np.log(ratio))))
-        if abs(last - least) < _CONVERGED:
+        fitted, last, smallest = new, smallest, float(np.sum(count * (ratio - 1 - np.log(ratio))))
+        if abs(last - smallest) < _CONVERGED:
             break
-    return least
+    return smallest

@@ -78,8 +78,11 @@ def _draw(comparison: RunComparison, row: int, ax: Axes) -> None:
     level = f"{100 * comparison.level:g} %"
     prediction = [end / size for end in (effects.next_low, effects.next_high) if end is not None]
     of_mean = [end / size for end in (effects.low, effects.high) if end is not None]
-    one_more = f"{level} prediction interval of one more {COMPARED[comparison.by]}"
-    for ends, grey, text in ((prediction, "0.93", one_more), (of_mean, "0.82", f"{level} interval of the mean")):
+    prediction_label = f"{level} prediction interval of one more {COMPARED[comparison.by]}"
+    for ends, grey, text in (
+        (prediction, "0.93", prediction_label),
+        (of_mean, "0.82", f"{level} interval of the mean"),
+    ):
         if len(ends) == 2:
             ax.axvspan(*ends, color=grey, lw=0, label=text)
     ax.axvline(effects.mean / size, color="0.35", lw=0.8)

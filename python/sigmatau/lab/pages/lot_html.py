@@ -116,10 +116,10 @@ def _units(lot: Lot, reports: Mapping[str, str]) -> Markup:
     search = element(
         "input", type="search", placeholder="Search units, states and reasons", aria_label="Search the units"
     )
-    found = element("output", class_="about")
+    count = element("output", class_="about")
     return joined(
         element("p", about, begin, class_="about"),
-        element("p", search, " ", found, id="search", class_="search", hidden=True),
+        element("p", search, " ", count, id="search", class_="search", hidden=True),
         scrolled(table),
     )
 

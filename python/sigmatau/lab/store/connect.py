@@ -217,7 +217,7 @@ def _make_tables(engine: Engine, place: str | Path) -> None:
 
     from sigmatau.lab.store.tables import VERSION, metadata, version
 
-    def there(connection: Connection) -> bool:
+    def has_tables(connection: Connection) -> bool:
         names = set(inspect(connection).get_table_names())
         stated = connection.scalar(select(version.c.version_num)) if version.name in names else None
         if stated == VERSION:
@@ -236,11 +236,11 @@ def _make_tables(engine: Engine, place: str | Path) -> None:
         return False
 
     with engine.connect() as connection:
-        if there(connection):
+        if has_tables(connection):
             return
     with engine.connect().execution_options(writes=True) as connection, connection.begin():
         if engine.dialect.name == "postgresql":
             connection.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))
-        if not there(connection):
+        if not has_tables(connection):
             metadata.create_all(connection)
             connection.execute(insert(version).values(version_num=VERSION))

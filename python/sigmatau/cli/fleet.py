@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import time
 from collections import Counter
@@ -32,6 +33,7 @@ NOT_AT_REST = 5
 _BATCH = 200  # number of results in a transaction
 _BATCH_SECONDS = 5.0  # time after which a smaller number is committed too [s]
 _LISTED = 10  # largest number of errors that are printed
+_DIGITS = re.compile(r"\d+")
 _REPORT = 30.0  # interval between lines of progress without a terminal [s]
 
 
@@ -160,13 +162,15 @@ def _run(client: Client, wanted: Sequence[Log], job: FleetJob, tally: _Tally, *,
 
 def _report(tally: _Tally, before: str, unnamed: Sequence[str], failures: Sequence[str]) -> int:
     """Print errors, of an earlier run too, and the summary; returns the exit code."""
-    for line in [*unnamed, *tally.errors, *failures][:_LISTED]:
+    lines = _grouped([*unnamed, *tally.errors, *failures])
+    for line in lines[:_LISTED]:
         print_error(line)
     if unnamed:
         say(f"not analysed: {len(unnamed)} {'log' if len(unnamed) == 1 else 'logs'} without a unit or a date")
     if tally.held:
         say(f"nothing is stored: an option is wrong or missing for {tally.codes[2]} logs, and no log was analysed")
-    elif (count := len(tally.errors) + len(failures)) > _LISTED:
+    elif len(lines) > _LISTED:
+        count = len(tally.errors) + len(failures)
         say(f"… {count} failed in all; sigmatau store list lists them with --state failed")
     sys.stdout.write(f"{tally.summary(before)}\n")
     if tally.codes[2] and tally.finished == len(tally.errors):
@@ -176,6 +180,20 @@ def _report(tally: _Tally, before: str, unnamed: Sequence[str], failures: Sequen
     return next(
         (code for code, outcome in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[outcome]), 0
     )
+
+
+def _grouped(lines: Sequence[str]) -> list[str]:
+    """Errors of logs, ``PLACE: REASON``; those whose reasons differ only in numbers are one line."""
+    groups: dict[str, list[str]] = {}
+    for line in lines:
+        reason = line.partition(": ")[2] or line
+        groups.setdefault(_DIGITS.sub("#", reason), []).append(line)
+    return [
+        group[0]
+        if len(group) == 1
+        else f"{group[0]}; the same for {len(group) - 1} more log{'s' if len(group) > 2 else ''}"
+        for group in groups.values()
+    ]
 
 
 def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str, Any]], list[str]]:

@@ -1,6 +1,7 @@
 """What a fleet says of schedulers and workers that cannot do its work, before a log is blamed for it."""
 
 import socket
+from ipaddress import ip_address
 
 import pytest
 
@@ -132,3 +133,28 @@ def test_a_log_whose_result_is_always_lost_fails_alone():
 def test_a_result_that_is_lost_with_the_scheduler_ends_the_run():
     with pytest.raises(DataError, match="the scheduler was lost"):
         of_losing(Losing("b", 1, status="closed"))
+
+
+def test_processes_of_this_host_listen_on_the_loopback_only():
+    """Scheduler, workers and dashboard: nobody else on the network reaches them."""
+    psutil = pytest.importorskip("psutil")
+    with run.cluster(workers=1):
+        main = psutil.Process()
+        sockets = [
+            each for process in (main, *main.children(recursive=True)) for each in process.net_connections("inet")
+        ]
+        addresses = {each.laddr.ip for each in sockets if each.status == psutil.CONN_LISTEN}
+    assert addresses
+    assert all(ip_address(address).is_loopback for address in addresses), addresses
+
+
+@pytest.mark.parametrize(
+    ("address", "encrypted", "message"),
+    [("tls://127.0.0.1:1", False, "no certificate; set DASK_"), ("tcp://127.0.0.1:1", True, "no scheduler answers")],
+)
+def test_an_encrypted_scheduler_needs_a_certificate(address, encrypted, message):
+    import dask
+
+    settings = {"distributed.comm.require-encryption": encrypted}
+    with dask.config.set(settings), pytest.raises(DataError, match=message), run.cluster(scheduler=address):
+        pass

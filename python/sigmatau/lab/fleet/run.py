@@ -81,7 +81,7 @@ def cluster(
             with contextlib.ExitStack() as stack:
                 with uninterrupted():
                     local = stack.enter_context(LocalCluster(
-                        n_workers=workers, threads_per_worker=1, dashboard_address=":0",
+                        n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0",
                         memory_limit="auto" if memory is None else int(memory), silence_logs=60,
                         preload="sigmatau.lab.fleet.worker", preload_nanny=[],
                     ))  # fmt: skip
@@ -90,7 +90,12 @@ def cluster(
         try:
             _answers(scheduler)
             client = Client(scheduler, timeout=_ANSWER)
-        except (OSError, ValueError) as error:
+        except TypeError:  # of the settings of TLS
+            raise DataError(
+                f"{scheduler}: this process has no certificate; set DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT, …__CLIENT__KEY"
+                " and …__CA_FILE"
+            ) from None
+        except (OSError, ValueError, RuntimeError) as error:
             why = (str(error) or f"nothing was received in {_ANSWER:g} s").splitlines()[0]
             raise DataError(f"{scheduler}: no scheduler answers: {why}") from None
         try:

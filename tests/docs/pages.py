@@ -55,6 +55,7 @@ UNRUN = {
     ".venv/bin/pre-commit": "changes the clone",
     "dask": "starts servers on other hosts",
     "helm": "needs a cluster",
+    "openssl": "makes a certificate",
     "kubectl": "needs a cluster",
 }
 

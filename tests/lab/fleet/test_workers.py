@@ -150,7 +150,10 @@ def test_processes_of_this_host_listen_on_the_loopback_only():
 
 @pytest.mark.parametrize(
     ("address", "encrypted", "message"),
-    [("tls://127.0.0.1:1", False, "no certificate; set DASK_"), ("tcp://127.0.0.1:1", True, "no scheduler answers")],
+    [
+        ("tls://127.0.0.1:1", False, "no certificate; set"),
+        ("tcp://127.0.0.1:1", True, "no scheduler answers"),
+    ],
 )
 def test_an_encrypted_scheduler_needs_a_certificate(address, encrypted, message):
     import dask

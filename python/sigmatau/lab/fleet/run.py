@@ -92,8 +92,7 @@ def cluster(
             client = Client(scheduler, timeout=_ANSWER)
         except TypeError:  # of the settings of TLS
             raise DataError(
-                f"{scheduler}: this process has no certificate; set DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT, …__CLIENT__KEY"
-                " and …__CA_FILE"
+                f"{scheduler}: this process has no certificate; set distributed.comm.tls in ~/.config/dask/tls.yaml"
             ) from None
         except (OSError, ValueError, RuntimeError) as error:
             why = (str(error) or f"nothing was received in {_ANSWER:g} s").splitlines()[0]

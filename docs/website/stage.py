@@ -47,7 +47,7 @@ BELOW = {
         "json",
     ),
     "performance": ("scale",),
-    "contributing": ("fuzzing", "security", "code-of-conduct"),
+    "contributing": ("promises", "fuzzing", "security", "code-of-conduct"),
 }
 # Titles of folders without a README.md.
 UNTITLED = {

@@ -39,6 +39,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "Deviations",
             "Deviation",
             "dynamic_allan",
+            "read_curves",
             "Accumulator",
             "plot_overlay",
             "show_in",

@@ -3,6 +3,7 @@ from .analysis import Analysis, analyze
 from .errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from .estimators.accumulator import Accumulator
 from .estimators.allan import Curves, DeviationCurve, allan
+from .estimators.curve_table import read_curves
 from .estimators.deviation import Deviation, Deviations, deviation
 from .estimators.stability import dynamic_allan
 from .exporting.choices import Choices
@@ -137,6 +138,7 @@ __all__ = [
     "psd",
     "random_effects",
     "read",
+    "read_curves",
     "read_off",
     "report",
     "show_in",

@@ -55,6 +55,12 @@ sigmatau psd static.csv --method multitaper --model result.json""",
 sigmatau density density.csv --sided one --unit "(rad/s)^2/Hz"
 sigmatau density density.csv --sided one --unit "(rad/s)^2/Hz" --averages 50 -o measured.toml --csv deviations.csv""",
     ),
+    "curve": (
+        "Fit the noise terms to Allan deviations that another program computed.",
+        """\
+sigmatau curve adev.csv --rate 100 --hours 2 -o imu.toml --plot adev.png
+sigmatau curve stable32.txt --rate 100 --hours 2 --columns tau=2,gyro_x=6 --unit deg/h --content deviation""",
+    ),
     "bandwidth": (
         "Find the bandwidth and filter of a sensor, its noise without aliasing, and the rate to sample at.",
         """\

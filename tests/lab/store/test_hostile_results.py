@@ -11,7 +11,7 @@ import sigmatau as st
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.store.choosing import Chosen
-from sigmatau.lab.store.connect import _shown, is_store
+from sigmatau.lab.store.connect import is_store, shown_place
 from sigmatau.lab.store.ingest import Added
 from sigmatau.lab.store.naming import Naming
 from sigmatau.lab.store.store import Store
@@ -199,7 +199,7 @@ def test_wrong_urls(place, told):
     ],
 )  # fmt: skip
 def test_passwords_are_not_shown(place, shown):
-    assert _shown(place) == shown
+    assert shown_place(place) == shown
 
 
 def test_full_disk_says_what_to_do(tmp_path):

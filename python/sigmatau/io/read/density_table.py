@@ -18,6 +18,7 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read import opened
 from sigmatau.io.read.options import ReadOptions
+from sigmatau.io.read.small_table import SIDED, bare_name, place_of, unit_in, words_of
 from sigmatau.io.read.table import Table
 
 Sided = Literal["one", "two"]
@@ -25,8 +26,6 @@ Sided = Literal["one", "two"]
 _FREQUENCIES = {"f", "freq", "freqs", "frequency", "frequencies", "fourier", "hz"}
 _TIMES = {"t", "time", "timestamp", "stamp", "seconds"}
 _HERTZ = {"Hz": 1.0, "kHz": 1e3, "mHz": 1e-3, "MHz": 1e6}
-_IN_BRACKETS = re.compile(r"[\[(]((?:[^\[\]()]|\([^()]*\))+)[\])]")
-_SIDED = re.compile(r"\b(one|single|1|two|double|2)[- _]?sided\b", re.IGNORECASE)
 _POWER = re.compile(r"(.+?)\s*\^2\s*/\s*Hz", re.IGNORECASE)
 _ROOT = re.compile(
     r"(.+?)\s*(?:/\s*(?:√\s*\(?Hz\)?|(?:rt|root|sqrt)[ -]?\(?Hz\)?|Hz\^\(?(?:1/2|0?\.5)\)?)|[·* ]Hz\^\(?-(?:1/2|0?\.5)\)?)",
@@ -110,11 +109,11 @@ def read_density(
         hertz = _hertz(names["frequency"], table.columns[places["frequency"]].unit)
         stated = _find_unit(names["density"], table.columns[places["density"]].unit, unit)
         sides = _sides(names["density"], sided, walk=stated.is_walk)
-        _check(table, values["frequency"], values["density"], _bare(names["density"]) or "the density")
+        _check(table, values["frequency"], values["density"], bare_name(names["density"]) or "the density")
     f = values["frequency"] * hertz
     used = f > 0
     return MeasuredDensity(
-        name=_bare(names["density"]),
+        name=bare_name(names["density"]),
         frequency=f[used],
         density=stated.density(values["density"])[used],
         unit=stated.rate_unit,
@@ -130,12 +129,14 @@ def _chosen(table: Table, columns: Mapping[str, str]) -> dict[str, int]:
     for key in columns:
         if key not in ("frequency", "density"):
             raise OptionError(f"{Hint('columns')}: {key!r} is not frequency or density", option="columns")
-    places = {key: _place(names, text, listed) for key, text in columns.items()}
+    places = {key: place_of(names, text, listed) for key, text in columns.items()}
     if "frequency" not in places:
-        if any(_words(name)[:1] and _words(name)[0] in _TIMES for name in names):
+        if any(words_of(name)[:1] and words_of(name)[0] in _TIMES for name in names):
             raise DataError("has times, not frequencies. sigmatau psd FILE computes the density of a log")
         matching = [
-            k for k, name in enumerate(names) if _words(_bare(name))[:1] and _words(_bare(name))[0] in _FREQUENCIES
+            k
+            for k, name in enumerate(names)
+            if words_of(bare_name(name))[:1] and words_of(bare_name(name))[0] in _FREQUENCIES
         ]
         if len(matching) != 1:
             raise _ask_for_columns("frequency", names, listed)
@@ -157,37 +158,9 @@ def _ask_for_columns(what: str, names: list[str], listed: str) -> OptionError:
     return OptionError(f"has no single column of the {what}: {listed}. Name the columns, e.g. {hint}", option="columns")
 
 
-def _place(names: list[str], text: str, listed: str) -> int:
-    if text in names:
-        return names.index(text)
-    bare = [_bare(name) for name in names]
-    if bare.count(text) == 1:
-        return bare.index(text)
-    if text.isdigit() and 1 <= int(text) <= len(names):
-        return int(text) - 1
-    raise OptionError(f"{Hint('columns')}: no column {text!r} among {listed}", option="columns")
-
-
-def _words(name: str) -> list[str]:
-    return [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
-
-
-def _bare(name: str) -> str:
-    """The name of a column without unit and sides."""
-    return _SIDED.sub("", _IN_BRACKETS.sub("", name)).strip(" ,_-")
-
-
-def _unit_in(name: str, unit: str | None) -> str:
-    """The unit of a column, from its row of units or in brackets after its name; empty if there is none."""
-    if unit:
-        return unit.strip()
-    texts = [text for text in _IN_BRACKETS.findall(name) if not _SIDED.fullmatch(text.strip())]
-    return _SIDED.sub("", texts[-1]).strip(" ,") if texts else ""
-
-
 def _hertz(name: str, unit: str | None) -> float:
     """One unit of the frequencies, in Hz. Frequencies without a unit are in Hz."""
-    text = _unit_in(name, unit)
+    text = unit_in(name, unit)
     if text and text not in _HERTZ:
         matching = [symbol for symbol in _HERTZ if symbol.lower() == text.lower() and symbol != "mHz"]
         if len(matching) != 1:
@@ -212,7 +185,7 @@ class _DensityUnit:
 
 def _find_unit(name: str, column_unit: str | None, stated: str | None) -> _DensityUnit:
     """The unit from the option or the header. Raises the question for the unit if both are absent."""
-    header = _unit_in(name, column_unit)
+    header = unit_in(name, column_unit)
     if not (header or stated):
         raise OptionError(
             f"does not state the unit of {name or 'the density'}. Give it, e.g. {Hint('unit', value='(rad/s)^2/Hz')},"
@@ -261,7 +234,7 @@ def _parse(text: str) -> _DensityUnit:
 
 def _sides(name: str, stated: Sided | None, *, walk: bool) -> Sided:
     """One- or two-sided, by the option or the header; a random walk is the root of the two-sided density."""
-    match = _SIDED.search(name)
+    match = SIDED.search(name)
     header = "" if match is None else "one" if match[1].lower() in ("one", "single", "1") else "two"
     sides = {text for text in (stated, header, "two" if walk else "") if text}
     if len(sides) == 2:

@@ -1,0 +1,114 @@
+"""``sigmatau curve``: coefficients and noise model of Allan deviations that another program computed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from sigmatau._version import __version__
+from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
+from sigmatau.cli.options import (
+    ENDINGS,
+    check_output,
+    check_outputs,
+    check_style,
+    drawing,
+    say,
+    write_figure,
+    write_result,
+)
+from sigmatau.errors import DataError, OptionError
+from sigmatau.estimators.curve_table import read_curves
+from sigmatau.fitting.fit import fit
+from sigmatau.fitting.read_off import read_off
+from sigmatau.fitting.to_model import to_models
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import NOISE, check_shown
+from sigmatau.typed.pairs import key_values
+
+
+def curve_command(
+    table: Path,
+    /,
+    *,
+    rate: Annotated[float, InMain],
+    hours: Annotated[float, InMain],
+    columns: Annotated[list[str] | None, Texts, InMain] = None,
+    unit: Annotated[str | None, InMain] = None,
+    content: Annotated[Literal["deviation", "variance"] | None, InMain] = None,
+    read_off_: Annotated[bool, Parameter(name="--read-off"), Flag, InMethod] = False,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"]), InMain] = None,
+    plot: Annotated[Path | None, InOutput] = None,
+    style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
+    json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    show: Show = None,
+    quiet: Quiet = False,
+) -> int:
+    """Fit the noise terms to Allan deviations that another program computed.
+
+    Rest, disturbances and rate are not checked, because the record was not seen. If you have the log, use analyze.
+
+    Parameters
+    ----------
+    table
+        Table of averaging times and overlapped Allan deviations, such as CSV with a header:
+        tau [s],gyro_x adev [deg/h],gyro_y adev [deg/h].
+    rate
+        Sampling rate of the record in Hz.
+    hours
+        Length of the record in hours, which determines the errors of the curve.
+    columns
+        The columns by name or number: tau=1,gyro_x=6. Default: by their names.
+    unit
+        Unit of the rate: deg/h, rad/s, m/s^2, ug. Default: that of the header.
+    content
+        Whether the columns have deviations or variances. Default: as the header states.
+    read_off
+        Read the coefficients off the slopes, as the paper does, in place of the fit.
+    output
+        Write the model file (.toml) for export, simulate, plan and predict.
+    plot
+        Draw the curves: .png, .svg or .pdf.
+    style
+        Style of the figure: screen, or paper, for the width of a column or a page of a paper.
+    json
+        Write the result as JSON, in SI; - writes it to standard output instead of the table.
+    quiet
+        Print only errors on standard error.
+    """
+    set_shown(show)
+    check_output(output, ENDINGS["model"], "output")
+    check_outputs([table], output=output, plot=plot, json=json)
+    check_style(style, plot)
+    if read_off_ and output is not None:
+        raise OptionError("--output needs the fit, without --read-off: a model has intervals", option="output")
+    if not 0 < hours < float("inf"):
+        raise OptionError(f"--hours {hours:g}: must be a positive number", option="hours")
+    if not 0 < rate < float("inf"):
+        raise OptionError(f"--rate {rate:g}: must be a positive number", option="rate")
+    chosen = key_values(columns or [], "columns", "tau=1") or None
+    curves = read_curves(table, rate=rate, duration=3600 * hours, columns=chosen, unit=unit, content=content)
+    check_shown({name: (curve.quantity, curve.unit) for name, curve in curves.items()})
+    results: dict[str, Any] = {}
+    try:
+        for name, curve in curves.items():
+            # The ramp is not fitted: its sign is lost in a deviation.
+            results[name] = read_off(curve) if read_off_ else fit(curve, terms=NOISE)
+    except DataError as error:
+        raise error.about(str(table)) from None
+    if output is not None:
+        NoiseModel(channels=to_models(results)).write(output)
+    if plot is not None:
+        with drawing(plot, style, quiet=quiet):
+            write_figure(curves.plot(style=style), plot)
+    say("info: the record was not seen: rest and disturbances are not checked, and a ramp is not fitted", quiet=quiet)
+    text = "\n\n".join(repr(result) for result in results.values())
+    channels = {
+        name: {"curve": curve.to_dict(), "read_off" if read_off_ else "fit": results[name].to_dict()}
+        for name, curve in curves.items()
+    }
+    write_result(text, {"sigmatau": __version__, "channels": channels}, json)
+    return 0

@@ -17,7 +17,7 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read import opened
 from sigmatau.io.read.options import ReadOptions
-from sigmatau.io.read.small_table import bare_name, place_of, unit_in, words_of
+from sigmatau.io.read.small_table import bare_name, column_place, name_words, unit_in
 from sigmatau.io.read.table import Table
 from sigmatau.record.record import stream_name
 
@@ -85,7 +85,7 @@ def _chosen(table: Table, columns: dict[str, str]) -> dict[str, int]:
     """Places of the averaging times and of the channels. Raises the question for columns that no name identifies."""
     names = [column.name for column in table.columns]
     listed = ", ".join(name or f"column {k}" for k, name in enumerate(names[:_LISTED], 1))
-    places = {key: place_of(names, text, listed) for key, text in columns.items()}
+    places = {key: column_place(names, text, listed) for key, text in columns.items()}
     if "tau" not in places:
         matching = [k for k, name in enumerate(names) if {*_first_words(name)} & _TIMES]
         if len(matching) != 1:
@@ -112,7 +112,7 @@ def _chosen(table: Table, columns: dict[str, str]) -> dict[str, int]:
 
 
 def _first_words(name: str) -> list[str]:
-    return ["τ"] if name.strip().startswith("τ") else words_of(bare_name(name))[:1]
+    return ["τ"] if name.strip().startswith("τ") else name_words(bare_name(name))[:1]
 
 
 def _channel(name: str) -> str:
@@ -171,7 +171,7 @@ def _unit(name: str, column_unit: str | None, stated: str | None, content: Conte
 
 def _is_variance(name: str, content: Content | None, *, has_square: bool, has_unit: bool) -> bool:
     """Whether a column has variances, by the option or by its name and unit. Raises the question if nothing states it."""
-    words = {*words_of(bare_name(name)), *(["σ"] if "σ" in name else [])}
+    words = {*name_words(bare_name(name)), *(["σ"] if "σ" in name else [])}
     is_variance = bool(words & _VARIANCES) or has_square
     is_deviation = not is_variance and (bool(words & _DEVIATIONS) or has_unit)
     if content is None and not (is_variance or is_deviation):

@@ -18,7 +18,7 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read import opened
 from sigmatau.io.read.options import ReadOptions
-from sigmatau.io.read.small_table import SIDED, bare_name, place_of, unit_in, words_of
+from sigmatau.io.read.small_table import SIDED, bare_name, column_place, name_words, unit_in
 from sigmatau.io.read.table import Table
 
 Sided = Literal["one", "two"]
@@ -129,14 +129,14 @@ def _chosen(table: Table, columns: Mapping[str, str]) -> dict[str, int]:
     for key in columns:
         if key not in ("frequency", "density"):
             raise OptionError(f"{Hint('columns')}: {key!r} is not frequency or density", option="columns")
-    places = {key: place_of(names, text, listed) for key, text in columns.items()}
+    places = {key: column_place(names, text, listed) for key, text in columns.items()}
     if "frequency" not in places:
-        if any(words_of(name)[:1] and words_of(name)[0] in _TIMES for name in names):
+        if any(name_words(name)[:1] and name_words(name)[0] in _TIMES for name in names):
             raise DataError("has times, not frequencies. sigmatau psd FILE computes the density of a log")
         matching = [
             k
             for k, name in enumerate(names)
-            if words_of(bare_name(name))[:1] and words_of(bare_name(name))[0] in _FREQUENCIES
+            if name_words(bare_name(name))[:1] and name_words(bare_name(name))[0] in _FREQUENCIES
         ]
         if len(matching) != 1:
             raise _ask_for_columns("frequency", names, listed)

@@ -14,7 +14,7 @@ SIDED = re.compile(r"\b(one|single|1|two|double|2)[- _]?sided\b", re.IGNORECASE)
 """The sides of a density."""
 
 
-def place_of(names: list[str], text: str, listed: str) -> int:
+def column_place(names: list[str], text: str, listed: str) -> int:
     """Place of a column that an option names, or whose number from 1 it states; `listed`: the columns for a message."""
     if text in names:
         return names.index(text)
@@ -26,7 +26,7 @@ def place_of(names: list[str], text: str, listed: str) -> int:
     raise OptionError(f"{Hint('columns')}: no column {text!r} among {listed}", option="columns")
 
 
-def words_of(name: str) -> list[str]:
+def name_words(name: str) -> list[str]:
     """Words of a name in small letters."""
     return [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
 

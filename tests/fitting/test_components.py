@@ -67,7 +67,7 @@ def test_covariance_beside_a_sinusoid():
     parts = Components(N, SIZES, frequency=frequency)
     rng = np.random.default_rng(seed_of("covariance beside a sinusoid"))
     rows = []
-    for _ in range(3000):
+    for _ in range(1500):
         y = rng.standard_normal(N) + amplitude * np.sin(2 * np.pi * (frequency * np.arange(N) + rng.uniform()))
         variances, _, _ = kernels.allan_variances(
             [y], np.array(SIZES[:6]), overlap="full", counting="standard", threads=1, names=["x"]
@@ -76,8 +76,8 @@ def test_covariance_beside_a_sinusoid():
     theta = np.array([0, 1.0, 0, 0, amplitude**2])
     exact = np.diag(Gls(parts, parts.design @ theta).covariance(theta))[:6]
     measured = np.var(rows, axis=0, ddof=1)
-    # A variance of 3000 draws is known to 2.6 %; the line is not quite periodic in the record.
-    assert measured == pytest.approx(exact, rel=0.1)
+    # A variance of 1500 draws is known to 3.7 %; the line is not quite periodic in the record.
+    assert measured == pytest.approx(exact, rel=0.12)
     alone = np.diag(avar_covariance({"random_walk": 1.0}, n=N, m=SIZES[:6], tau0=1.0))
     assert (exact / alone).max() > 2
 
@@ -91,15 +91,15 @@ def test_variances_without_their_ramp(term):
     any_weights[-1] = 1.0
     gls = Gls(parts, np.ones(len(SIZES)))
     best = gls.ramp_weights(theta)
-    records = list(curves_of({term: 1.0, "rate_ramp": 0.3}, f"without ramp {term}", 2000))
+    records = list(curves_of({term: 1.0, "rate_ramp": 0.3}, f"without ramp {term}", 1000))
     for weights in (any_weights, best):
         rows = [Gls(parts, avars).without_ramp(weights, ramps).avar for avars, ramps in records]
         without = gls.without_ramp(weights, np.zeros(len(SIZES)))
         mean, variance = np.mean(rows, axis=0), np.var(rows, axis=0, ddof=1)
         expected = without.expected(theta)
         assert np.all(np.abs(mean - expected) <= 4.5 * np.sqrt(variance / len(rows)))
-    # A variance of 2000 is known to 3 % and more where it is skewed; independent remainders are an approximation.
-    assert variance == pytest.approx(np.diag(without.covariance(theta)), rel=0.2)
+    # A variance of 1000 is known to 4.5 % and more where it is skewed; independent remainders are an approximation.
+    assert variance == pytest.approx(np.diag(without.covariance(theta)), rel=0.25)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import known
 from sigmatau import Record
 from sigmatau.fitting.channel import fit_channel
 
-RATE, N, RECORDS = 100.0, 60_000, 16
+RATE, N, RECORDS = 100.0, 60_000, 8
 DECAY = np.exp(-2 * np.pi * 0.08)
 COSINE = (4 * DECAY - 1 - DECAY**2) / (2 * DECAY)  # of the angle at which smoothing has half the power
 FILTERS = {

@@ -7,7 +7,7 @@ import known
 import sigmatau as st
 from sigmatau.noise.terms import TERMS
 
-RECORDS = 200
+RECORDS = 80
 STRETCH = {
     "quantization": (16, 1024),
     "random_walk": (16, 1024),

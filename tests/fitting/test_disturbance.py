@@ -74,11 +74,11 @@ def counted(name, *, duration, noise, bias=0.03, rate=100.0):
     return st.Record.from_arrays(rate=rate, input="increments", unit={"gyro": "rad"}, gyro_x=counts * 1e-6)
 
 
-@pytest.mark.parametrize(("noise", "duration"), [(0.02, 4000.0), (0.08, 400.0), (0.2, 100.0)])
+@pytest.mark.parametrize(("noise", "duration"), [(0.02, 4000.0), (0.2, 100.0)])
 def test_coarse_pulses_are_fitted_in_sums(noise, duration):
-    """The interval holds the random walk in 8 records of pulses that are up to 50 times the noise; 6 of 8 at the least."""
+    """The interval holds the random walk in 4 records of pulses that are up to 50 times the noise; 3 of 4 at the least."""
     held, observed = 0, 0
-    for k in range(8):
+    for k in range(4):
         record = counted(f"pulses {noise} {k}", duration=duration, noise=noise)
         analysis = st.analyze(record, threads=1)
         fitted, walk = walk_of(analysis)
@@ -88,13 +88,13 @@ def test_coarse_pulses_are_fitted_in_sums(noise, duration):
         truth = noise * 1e-6 * 10.0  # √100 samples a second
         held += holds(walk, truth)
         observed += walk.value is not None
-    assert held >= 6
-    assert observed >= 6
+    assert held >= 3
+    assert observed >= 3
 
 
 @pytest.mark.parametrize(("noise", "duration"), [(0.02, 60.0), (0.01, 300.0)])
 def test_few_sums_of_coarse_pulses_give_a_limit(noise, duration):
-    for k in range(6):
+    for k in range(2):
         analysis = st.analyze(counted(f"few pulses {noise} {k}", duration=duration, noise=noise), threads=1)
         fitted, walk = walk_of(analysis)
         (said,) = [one for one in analysis.findings if one.code == "coarse_resolution"]
@@ -110,9 +110,9 @@ def test_few_sums_of_coarse_pulses_give_a_limit(noise, duration):
 
 @pytest.mark.parametrize(("noise", "bias"), [(0.33, 0.0), (0.1, 0.21), (0.8, 0.0)])
 def test_counts_that_are_logged_as_rates(noise, bias):
-    """Random walk and quantization noise are those of the counts, without a filter: 6 of 8 intervals at the least."""
+    """Random walk and quantization noise are those of the counts, without a filter: 3 of 4 intervals at the least."""
     walks = steps = 0
-    for k in range(8):
+    for k in range(4):
         record = counted(f"as rates {noise} {bias} {k}", duration=600.0, noise=noise, bias=bias)
         rates = record.stream_of("gyro_x").column("gyro_x")
         analysis = st.analyze(st.Record.from_arrays(rate=100.0, unit={"gyro": "rad/s"}, gyro_x=rates), threads=1)
@@ -124,8 +124,8 @@ def test_counts_that_are_logged_as_rates(noise, bias):
         assert (compared.value, compared.low) == (quantization.value, quantization.low)
         walks += holds(walk, noise * 1e-5)
         steps += holds(quantization, 1e-6 / math.sqrt(12))
-    assert walks >= 6
-    assert steps >= 6
+    assert walks >= 3
+    assert steps >= 3
 
 
 def moved_at_times(name, *, size, share, rate=100.0, seconds=300.0):
@@ -144,7 +144,7 @@ def moved_at_times(name, *, size, share, rate=100.0, seconds=300.0):
 
 @pytest.mark.parametrize(("size", "share"), [(3.0, 0.3), (2.0, 0.15), (6.0, 0.1)])
 def test_motion_that_comes_and_goes_is_no_noise(size, share):
-    for k in range(3):
+    for k in range(1):
         x = moved_at_times(f"at times {size} {share} {k}", size=size, share=share)
         fitted = st.fit_channel(st.Record.from_arrays(rate=RATE, gyro_x=1e-4 * x), "gyro_x")
         assert fitted.verdict == "disturbed", k
@@ -154,19 +154,19 @@ def test_motion_that_comes_and_goes_is_no_noise(size, share):
 def test_noise_that_is_steady_or_changes_its_level_has_no_motion_that_comes_and_goes():
     """White noise, rounded or filtered, with a step of the mean, and 5 times as loud in a tenth of the record."""
     moved = 0
-    for k in range(60):
+    for k in range(20):
         x = moved_at_times(f"steady {k}", size=0.0, share=0.0)
         step = np.where(np.arange(len(x)) < 17_000, 0.0, 3.0)
         louder = np.where(np.arange(len(x)) < 3000, 5.0, 1.0)
         slow = lfilter([0.1], [1.0, -0.9], x)
         kinds = (x, np.round(x), np.round(2.5 * x), np.round(0.5 * x), x + step, x * louder, slow)
         moved += sum(burst_share(kind, 1 / RATE) > 0 for kind in kinds)
-    assert moved <= 3  # 0.5 % of 420
+    assert moved <= 3  # of 140, of which 0.5 % are 0.7 ± 0.8
 
 
 def test_bursts_of_noise_are_no_lines():
     """White noise that is ten times as large in 2 % of the record has hundreds of lines, and none is true."""
-    for k in range(3):
+    for k in range(2):
         rng = np.random.default_rng(seed_of(f"burst {k}"))
         x = rng.standard_normal(60000)
         start = int(rng.integers(0, 58000))
@@ -195,8 +195,8 @@ def test_a_steady_line_ten_times_the_noise_hides_nothing():
 def test_upper_limits_hold():
     """Non-overlapping variances of white noise: below the truth in at most 1 of 100 records."""
     rng = np.random.default_rng(seed_of("upper limits"))
-    below = [upper_limits(rng.standard_normal(20000), 0.01, ("random_walk",))["random_walk"] < 0.1 for _ in range(300)]
-    assert np.mean(below) <= 0.01 + 3 * 0.0057
+    below = [upper_limits(rng.standard_normal(20000), 0.01, ("random_walk",))["random_walk"] < 0.1 for _ in range(100)]
+    assert np.mean(below) <= 0.01 + 3 * 0.01
 
 
 def test_a_disturbed_result_is_a_file_that_warns():

@@ -9,7 +9,7 @@ from known import seed_of
 
 ARCSEC = math.pi / 180 / 3600
 WALK, QUANTIZATION = 0.0015 * 60 * ARCSEC, 0.973 * ARCSEC  # rad/sqrt(s), rad
-RATE, DURATION, AXES = 200.0, 7200, 16
+RATE, DURATION, AXES = 200.0, 7200, 5
 
 
 def test_the_random_walk_is_not_low():

@@ -9,7 +9,7 @@ from known import seed_of
 from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, fit_channel, simulate
 
 N = 1e-4
-COUNT = 4
+COUNT = 2
 
 
 def butterworth(order, corner):

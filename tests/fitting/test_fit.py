@@ -187,13 +187,13 @@ class TestRecords:
             assert fitted["random_walk"].value == pytest.approx(1e-4, rel=0.05)
 
     def test_a_gauss_markov_process_is_found_and_covered(self):
-        """Searched for on a grid, its time free: 8 records, intervals of its size and time and of the random walk."""
+        """Searched for on a grid, its time free: 4 records, intervals of its size and time and of the random walk."""
         from scipy.signal import lfilter
 
         rng = np.random.default_rng(seed_of("fit: Gauss-Markov"))
         n, tau0, time, sigma, walk = 2**15, 0.01, 0.5, 1.0, 0.1
         decay = math.exp(-tau0 / time)
-        found, covered, count = 0, [], 8
+        found, covered, count = 0, [], 4
         for _ in range(count):
             driven = rng.standard_normal(n) * math.sqrt(1 - decay**2) * sigma
             driven[0] /= math.sqrt(1 - decay**2)

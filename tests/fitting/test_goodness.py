@@ -32,7 +32,7 @@ def above(share, count):
 )
 def test_size(truth):
     """Twice the smaller of two p-values: never more often below a limit than it says, and not much less often."""
-    rng, count, p = np.random.default_rng(seed_of(f"goodness {truth}")), 150, []
+    rng, count, p = np.random.default_rng(seed_of(f"goodness {truth}")), 60, []
     parts, model = Components(N, SIZES), NoiseModel(channels={"gyro_x": truth})
     for _ in range(count):
         curve = allan(simulate(model, duration=N, rate=1.0, rng=rng), taus=SIZES, threads=1)["gyro_x"]
@@ -83,7 +83,7 @@ def process(n, tau0, time, sigma, rng):
 def test_a_gauss_markov_process_is_no_walk():
     """20 deg/h, 100 s in 3 h: the terms alone are rejected, and the process is found; the model is nowhere far above."""
     rng = np.random.default_rng(seed_of("goodness: Gauss-Markov"))
-    rate, n, count = 10.0, 108_000, 6
+    rate, n, count = 10.0, 108_000, 3
     white, sigma = to_si(0.3, "deg/sqrt(h)") * math.sqrt(rate), to_si(20, "deg/h")
     sizes = half_octaves(1, n // 3)
     rejected, found, covered, highest = 0, 0, [], []

@@ -78,7 +78,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_intervals_cover(case):
     """256 means of 10 s at 1 Hz; √E[s²] by the sum of Allan variances (n/(n − 1) times half of it for 2^k means)."""
-    model, means, trials = CASES[case], 256, 48
+    model, means, trials = CASES[case], 256, 24
     steps = np.array([10 << j for j in range(8)])
     total = sum(terms.avar(name, value, m=steps, tau0=1.0) for name, value in model.items())
     truth = math.sqrt(means / (means - 1) * float(np.sum(total)) / 2)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from studies.bandwidth_instrument import DENSITY, KINDS, LEVEL, Sensor, logs_of, sensors
+from studies.bandwidth_instrument import DENSITY, KINDS, Sensor, logs_of
 
 import sigmatau as st
 from known import seed_of
@@ -146,16 +146,6 @@ def test_a_digital_filter_of_a_single_log():
     assert result.verdict == "adequate"
     assert result.bandwidth.value == pytest.approx(40, rel=0.05)
     assert result.random_walk.value == pytest.approx(1 / 20, rel=0.05)  # 1 / √(400 Hz)
-
-
-def test_coverage():
-    """A fast version of studies/bandwidth_instrument.py."""
-    rows = [row for kind in KINDS for row in sensors(seed_of(f"coverage of {kind}"), kind, 1)]
-    with_intervals = [row for row in rows if "bandwidth" in row]
-    assert len(with_intervals) >= len(rows) - 1
-    least = LEVEL - 3 * math.sqrt(LEVEL * (1 - LEVEL) / len(with_intervals))
-    for quantity in ("bandwidth", "random_walk"):
-        assert np.mean([row[quantity]["inside"] for row in with_intervals]) >= least
 
 
 def test_too_short_and_constant():

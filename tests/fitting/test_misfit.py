@@ -27,10 +27,10 @@ KINDS = {
 
 @pytest.fixture(scope="module", params=KINDS)
 def case(request):
-    """Four analyses of a kind, and its random walk."""
+    """Two analyses of a kind, and its random walk."""
     gain, walk = KINDS[request.param]
     found = []
-    for k in range(4):
+    for k in range(2):
         white = np.random.default_rng(seed_of(f"misfit {request.param} {k}")).standard_normal(60_000)
         f = np.fft.rfftfreq(len(white), 1 / RATE)
         f[0] = f[1]

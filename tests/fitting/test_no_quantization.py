@@ -33,8 +33,8 @@ def limit(request):
 
 @pytest.fixture(scope="module")
 def walks(limit):
-    """The random walk of 24 axes."""
-    analyses = (analyze(white(f"no quantization {limit[0]} {k}", bias=limit[0])) for k in range(8))
+    """The random walk of 12 axes."""
+    analyses = (analyze(white(f"no quantization {limit[0]} {k}", bias=limit[0])) for k in range(4))
     return [analysis[axis]["random_walk"] for analysis in analyses for axis in AXES]
 
 

@@ -24,12 +24,11 @@ def half_width(fit_):
     return (walk.high - walk.low) / (2 * walk.value)
 
 
-@pytest.mark.parametrize("seconds", [4.0, 8.0, 16.0])
-@pytest.mark.parametrize("terms", [{}, {"quantization": 3e-6}])
+@pytest.mark.parametrize(("seconds", "terms"), [(4.0, {}), (16.0, {"quantization": 3e-6})])
 def test_a_record_of_the_predicted_length_has_the_predicted_interval(seconds, terms):
     """Half of the intervals are narrower than ± 5 %; the law of the square root would say four times the length at 4 s."""
     needed, was = [], []
-    for k in range(12):
+    for k in range(8):
         case = f"outlook {seconds} {sorted(terms)} {k}"
         before = fitted(case, seconds, **terms)
         expected = outlook({"gyro_x": before})
@@ -41,17 +40,17 @@ def test_a_record_of_the_predicted_length_has_the_predicted_interval(seconds, te
     assert min(was) > ENOUGH
     assert min(needed) > seconds
     length = float(np.median(needed))
-    widths = [half_width(fitted(f"outlook of {length} {sorted(terms)} {k}", length, **terms)) for k in range(24)]
-    # The widths scatter by a third from record to record: their mean by 7 %, the prediction by as much.
+    widths = [half_width(fitted(f"outlook of {length} {sorted(terms)} {k}", length, **terms)) for k in range(16)]
+    # The widths scatter by a third from record to record: their mean by 8 %, the prediction by as much.
     assert np.mean(widths) == pytest.approx(ENOUGH, rel=0.3)
 
 
 def test_the_value_is_within_the_predicted_interval():
     """± 5 % holds 95 % of the estimates of records of that length, whose scatter it is."""
     length = outlook({"gyro_x": fitted("outlook of a value", 8.0)}).needed
-    errors = [fitted(f"outlook value {k}", length)["random_walk"].value / N - 1 for k in range(100)]
+    errors = [fitted(f"outlook value {k}", length)["random_walk"].value / N - 1 for k in range(40)]
     inside = sum(abs(error) <= ENOUGH for error in errors)
-    assert inside >= 88  # of 95 expected; 3.2 standard deviations
+    assert inside >= 34  # of 38 expected; 3 standard deviations
     assert np.std(errors) > 0.25 * ENOUGH  # the interval is not far too wide
 
 

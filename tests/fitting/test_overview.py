@@ -107,13 +107,12 @@ def test_a_fit_alone_has_no_trust(analysis):
     }
 
 
-@pytest.mark.parametrize("share", [0.01, 0.2])
-@pytest.mark.parametrize("blocks", [False, True])
+@pytest.mark.parametrize(("share", "blocks"), [(0.01, True), (0.2, False)])
 def test_missing_samples_leave_trust_where_intervals_cover(share, blocks):
-    """One warning, of missing samples; the 12 random walks are covered, at 95 % each all but 3 in 99.8 % of cases."""
+    """One warning, of missing samples; the 6 random walks are covered, at 95 % each all but 2 in 99.8 % of cases."""
     rng = np.random.default_rng(seed_of(f"trust, missing {share} {blocks}"))
     covered = 0
-    for _ in range(4):
+    for _ in range(2):
         y = rng.standard_normal((20_000, 3)) * 1e-3
         if blocks:
             for start in rng.integers(0, len(y) - 500, max(round(share * len(y) / 500), 1)):
@@ -126,7 +125,7 @@ def test_missing_samples_leave_trust_where_intervals_cover(share, blocks):
         covered += sum(
             fitted["random_walk"].low <= 1e-4 <= fitted["random_walk"].high for fitted in analysis.fits.values()
         )
-    assert covered >= 9
+    assert covered >= 4
     lost = Finding(details=analysis.findings[0].details, severity="warning", channels=("gyro_x",), size=0.6 * len(y))
     assert trust(analysis.fits["gyro_x"], [lost], "gyro_x") == "partial"
 

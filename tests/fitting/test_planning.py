@@ -59,7 +59,7 @@ class TestThePapersHundredHours:
 )
 def test_half_of_the_records_show_it(term, others):
     """By the test of a fit alone; studies/coverage.py has a thousand whole fits of each of more cases."""
-    n, count = 2**12, 100
+    n, count = 2**12, 50
     value = smallest_significant(others, term, n=n, tau0=1.0)
     model = NoiseModel(channels={"gyro_x": {**others, term: value}})
     share = found_share(model, term, f"plan {term}", n=n, count=count)

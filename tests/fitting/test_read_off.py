@@ -157,10 +157,10 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_terms_are_not_invented(case):
-    """At most 5 % of the records of a case, ± 3 standard errors: with 40 records, 5 % + 10 % is six of them."""
+    """At most 5 % of the records of a case, ± 3 standard errors: with 20 records, 5 % + 15 % is three of them."""
     rng = np.random.default_rng(seed_of(case))
     model = NoiseModel(channels={"gyro_x": CASES[case]})
-    records = 40
+    records = 20
     invented = dict.fromkeys(set(TERMS) - set(CASES[case]), 0)
     for _ in range(records):
         for term in read_off(allan(simulate(model, duration=1310.72, rate=100, rng=rng))["gyro_x"]):

@@ -7,7 +7,7 @@ from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau.fitting.channel import fit_channel
 
-RUNS = 3
+RUNS = 1
 WALK = 1e-3
 
 

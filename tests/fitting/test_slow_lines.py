@@ -12,7 +12,7 @@ from sigmatau.noise.terms import avar
 
 N, B = 1e-4, 5e-5
 RATE, DURATION = 10.0, 3600.0
-COUNT = 16
+COUNT = 8
 
 
 def records(name, lines, **terms):
@@ -32,7 +32,7 @@ def most(share, count=COUNT):
     return count * share + 3 * math.sqrt(count * share * (1 - share))
 
 
-@pytest.mark.parametrize("period", [47.0, 150.0, 600.0, 1000.0])
+@pytest.mark.parametrize("period", [47.0, 1000.0])
 def test_a_line_is_a_line(period):
     """Before, 80 % of such lines were a Gauss-Markov process, or had an amplitude that was wrong by half."""
     found, covered, inside, off, false = 0, 0, 0, 0, 0
@@ -68,7 +68,7 @@ def test_flicker_noise_beside_a_line():
     assert sum(term.observed and term.low <= B <= term.high for term in terms) >= COUNT - most(0.08)
 
 
-@pytest.mark.parametrize("terms", [{}, {"bias_instability": B}, {"bias_instability": B, "rate_random_walk": 5e-6}])
+@pytest.mark.parametrize("terms", [{}, {"bias_instability": B, "rate_random_walk": 5e-6}])
 def test_noise_has_no_lines(terms):
     """A false line has a probability of 1e-4 in an octave, and there are eleven."""
     fits = [fit_channel(record, "gyro_x") for record in records(f"none, {sorted(terms)}", [], **terms)]

@@ -79,23 +79,23 @@ def _place_of_cut(data: bytes, share: int) -> int:
     return line + 13 if is_text else place
 
 
-def damages(path: Path) -> dict[str, bytes]:
+def damages(path: Path, flips: int = FLIPS) -> dict[str, bytes]:
     """Damaged copies of a file: cut off, or with all bits of a page inverted, at evenly spread places."""
     data = path.read_bytes()
     copies = {f"cut at {share} %": data[: _place_of_cut(data, share)] for share in (10, 50, 99)}
-    for k in range(FLIPS):
-        place = len(data) * (2 * k + 1) // (2 * FLIPS) // PAGE * PAGE
+    for k in range(flips):
+        place = len(data) * (2 * k + 1) // (2 * flips) // PAGE * PAGE
         flipped = bytes(byte ^ 0xFF for byte in data[place : place + PAGE])
         copies[f"{FLIPPED}, {k + 1}"] = data[:place] + flipped + data[place + PAGE :]
     return copies
 
 
-def damage_outcomes(kind: Kind, folder: Path, n: int = SHORT) -> dict[str, Outcome]:
+def damage_outcomes(kind: Kind, folder: Path, n: int = SHORT, flips: int = FLIPS) -> dict[str, Outcome]:
     """Content of a log of `n` rows after each kind of damage."""
     stamps, values = made(n)
     path = kind.make(folder, stamps, values)
     outcomes = {}
-    for name, data in damages(path).items():
+    for name, data in damages(path, flips).items():
         path.write_bytes(data)
         outcomes[name] = outcome(path, kind, values)
     return outcomes

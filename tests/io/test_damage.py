@@ -20,7 +20,7 @@ def test_damage_is_said(name, tmp_path):
     if name in NEEDS:
         pytest.importorskip(NEEDS[name], reason="it writes the log")
     kind = KINDS[name]
-    for what, left in damage_outcomes(kind, tmp_path, n=3000).items():
+    for what, left in damage_outcomes(kind, tmp_path, n=3000, flips=4).items():
         if what.startswith("cut"):
             assert left.code in (1, 4), what
             assert left.right, what

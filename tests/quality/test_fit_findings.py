@@ -39,8 +39,7 @@ def fitted(x, rate=RATE):
 
 
 class TestFilters:
-    @pytest.mark.parametrize("order", [1, 2])
-    @pytest.mark.parametrize("corner", [10.0, 30.0])
+    @pytest.mark.parametrize(("order", "corner"), [(1, 30.0), (2, 10.0)])
     def test_corner_and_random_walk(self, order, corner):
         """Butterworth; of eight 95 % intervals six or more hold but for a chance of 6e-3."""
         held = walks = 0

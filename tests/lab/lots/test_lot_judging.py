@@ -185,15 +185,14 @@ def at_the_maximum(result, limit, rng, channels):
 
 
 def test_a_value_exactly_at_its_maximum(units, sheet):
-    """It fails and passes in 5 % of 120 records each at most, with ± 3 standard errors of the count."""
+    """It fails and passes in 5 % of 80 records each at most, with ± 3 standard errors of the count."""
     rng = np.random.default_rng(seed_of("a value exactly at its maximum"))
     limit = 0.4 * math.pi / 180 / 60
     path = sheet(one_sheet('[gyro]\nrandom_walk = { maximum = "0.4 deg/sqrt(h)" }\n'))
     states = [
-        st.judge_lot({"u": at_the_maximum(units["u1"], limit, rng, {"gyro_x"})}, path).units[0].state
-        for _ in range(120)
+        st.judge_lot({"u": at_the_maximum(units["u1"], limit, rng, {"gyro_x"})}, path).units[0].state for _ in range(80)
     ]
-    most = 120 * 0.05 + 3 * math.sqrt(120 * 0.05 * 0.95)
+    most = 80 * 0.05 + 3 * math.sqrt(80 * 0.05 * 0.95)
     assert 0 < states.count("failed") <= most
     assert 0 < states.count("passed") <= most
 

@@ -9,7 +9,7 @@ from known import seed_of
 from sigmatau.lab.lots.order_effect import fit_order
 from sigmatau.lab.lots.robust_effect import estimate_effects
 
-SETS = 400
+SETS = 150
 
 
 def within(share, expected=0.95, sets=SETS):
@@ -61,7 +61,7 @@ def test_too_few_values_have_no_effect():
 def test_kind_units_and_size(kind, size):
     """Units that differ by 3 %: the change is found with its kind and place, and its interval covers it."""
     rng = np.random.default_rng(seed_of(f"order {kind}"))
-    order, sets = np.arange(40.0), 150
+    order, sets = np.arange(40.0), 60
     shape = {"drift": order / 39, "batch": (order >= 15) & (order < 25), "rise": np.maximum(order - 29, 0)}[kind]
     first = {"drift": 0, "batch": 15, "rise": 30}[kind]
     same = placed = hits = 0
@@ -93,7 +93,7 @@ def test_dates_place_a_batch():
 @pytest.mark.parametrize("heavy", [False, True])
 def test_false_alarms(units, heavy):
     rng = np.random.default_rng(seed_of(f"order without a change {units} {heavy}"))
-    sets, probability = 400, 0.05
+    sets, probability = 150, 0.05
     alarms = 0
     for _ in range(sets):
         logs = rng.standard_t(3, units) if heavy else rng.standard_normal(units)

@@ -8,7 +8,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.store.trend import _middle, estimate_trend, number_periods
 
 MONTH = 365.2425 / 12
-SETS = 400
+SETS = 150
 
 
 def rows(values, months, units, *, channel="gyro_x", limits=None):
@@ -68,7 +68,7 @@ def test_false_alarms_of_a_table():
     """Of a table without a drift, one of twenty names one or more: all its slopes together (Bonferroni: at most)."""
     rng = np.random.default_rng(seed_of("drift false alarms"))
     alarms = 0
-    for _ in range(100):
+    for _ in range(40):
         tables = [production(rng) for _ in range(6)]
         together = {key: [value for one in tables for value in one[key]] for key in tables[0]}
         together["channel"] = [f"c{k}" for k, one in enumerate(tables) for _ in one["value"]]
@@ -78,7 +78,7 @@ def test_false_alarms_of_a_table():
             channel.order is not None or any(one.drifts for one in channel.drifts)
             for channel in found.channels.values()
         )
-    assert alarms / 100 <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 100)
+    assert alarms / 40 <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 40)
 
 
 def test_false_alarms_with_units_of_heavy_tails():

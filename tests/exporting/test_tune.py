@@ -16,7 +16,7 @@ from sigmatau.exporting.tuning.run import MEASUREMENT, constant_run, varying_run
 from sigmatau.exporting.tuning.tune import _nis
 
 GYRO = SETTINGS["consumer gyro, 20 min"]
-RUNS = 8  # of each wrong number
+RUNS = 5  # of each wrong number
 
 
 def data(name, *, factors=(1.0, 1.0, 1.0), runs=1, duration=1200.0, setting=GYRO):
@@ -239,30 +239,30 @@ def test_without_a_filter():
 
 
 def test_whiteness_of_white_innovations():
-    """Of 40 white series each ratio is in its interval in 95 %, less 3 standard errors of its averages."""
+    """Of 15 white series each ratio is in its interval in 95 %, less 3 standard errors of its averages."""
     rng = np.random.default_rng(seed_of("tune: white"))
     time = np.arange(1000.0)
     ones = np.ones(1000)
     curves = [
         st.tune(st.Innovations(time=time, innovation=rng.standard_normal(1000), variance=ones))["innovation"].whiteness
-        for _ in range(40)
+        for _ in range(15)
     ]
     assert curves[0].m.tolist() == [1, 2, 4, 8, 16, 32, 64]
     inside = 1 - np.mean([curve.is_outside for curve in curves], axis=0)
-    assert (inside > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 40)).all()
+    assert (inside > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 15)).all()
 
 
 def test_interval_of_the_nis_counts_the_correlation():
     """A first-order process with φ = 0.8: its mean square has 1 − φ⁴ over 1 + … fewer independent squares."""
     rng = np.random.default_rng(seed_of("tune: correlated"))
     phi, held, widths = 0.8, 0, []
-    for _ in range(200):
+    for _ in range(80):
         start, *steps = rng.standard_normal(1000)
         x = lfilter([1.0], [1.0, -phi], np.r_[start, math.sqrt(1 - phi**2) * np.array(steps)])
         nis, low, high = _nis(x[:, None], np.ones((1000, 1), dtype=bool), 0.95)
         held += low < 1 < high
         widths.append((high - low) / nis)
-    assert held / 200 > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 200)
+    assert held / 80 > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 80)
     # Σφ^{2|k|} = (1 + φ²)/(1 − φ²) squares for one independent; 2·1.96·√(2/n) for white noise.
     expected = 2 * 1.96 * math.sqrt(2 / 1000 * (1 + phi**2) / (1 - phi**2))
     assert np.median(widths) == pytest.approx(expected, rel=0.1)

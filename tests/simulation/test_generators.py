@@ -15,7 +15,7 @@ from sigmatau.noise import terms
 from sigmatau.simulation.rows import correlation_root
 
 TAU0 = 0.01
-RECORDS = 300
+RECORDS = 150
 SAMPLES = 4096
 
 TERMS = {
@@ -49,7 +49,7 @@ def ways(cases):
 
 @pytest.mark.parametrize(("case", "flicker"), [*ways([*TERMS, *LINES])])
 def test_mean_avar_is_the_closed_form(case, flicker):
-    """At every octave up to a third of the record, within 4 standard errors of 300 records."""
+    """At every octave up to a third of the record, within 4 standard errors of 150 records."""
     m = 2 ** np.arange(int(math.log2(SAMPLES / 3)) + 1)
     curves = allan(records(case, flicker), taus=m * TAU0)
     got = np.array([curve.avar for curve in curves.values()])

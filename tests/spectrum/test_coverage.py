@@ -14,7 +14,7 @@ from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.tapers import sine_correlation
 
 TAU0 = 0.01
-RECORDS = 60
+RECORDS = 30
 SAMPLES = 4096
 
 # Noise and what is added to it. The ramp is 40 standard deviations of the white noise long.

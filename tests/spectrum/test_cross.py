@@ -136,9 +136,9 @@ class TestLawOfTheCoherence:
     @pytest.mark.parametrize("n", [3, 20, 300])
     @pytest.mark.parametrize("true", [0.0, 0.1, 0.5, 0.95])
     def test_of_pairs_drawn(self, n, true):
-        """Kolmogorov's distance of 200 coherences of n complex normal pairs from their law."""
+        """Kolmogorov's distance of 100 coherences of n complex normal pairs from their law."""
         rng = np.random.default_rng(known.seed_of(f"coherence of {n} pairs, {true}"))
-        count = 200
+        count = 100
         draw = rng.standard_normal((4, count, n))
         a, own = draw[0] + 1j * draw[1], draw[2] + 1j * draw[3]
         b = math.sqrt(true) * a + math.sqrt(1 - true) * own

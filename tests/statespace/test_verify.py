@@ -16,7 +16,7 @@ from sigmatau.statespace.avar_scatter import covariance_of_model, covariance_wit
 from sigmatau.statespace.verify import verify
 
 RATE = 10.0
-RECORDS = 60
+RECORDS = 40
 TERMS = {"quantization": 2e-4, "random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-3}
 
 

@@ -32,8 +32,6 @@ def density(text, key):
 @pytest.mark.parametrize(
     "more",
     [
-        (),
-        ("--rate", "gyro=400,accel=200"),
         ("--rate", "gyro=400", "accel=200"),
         ("--topic", "gyro/sample", "--topic", "accel/sample"),
         ("--topic", "gyro/sample,accel/sample", "--rate", "accel=200"),

@@ -248,7 +248,7 @@ class TestCommand:
         run.send_signal(signal.SIGINT)
         out, err = run.communicate(timeout=120)
         assert run.returncode == 0, err
-        assert "150000 samples" in " ".join(out.split())
+        assert "60000 samples" in " ".join(out.split())
 
     def test_lost_lines_and_wrong_rate_are_said(self, log, tmp_path):
         lines = log.read_bytes().splitlines(keepends=True)

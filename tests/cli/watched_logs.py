@@ -19,11 +19,11 @@ def options(**given):
 
 
 def write_log(path):
-    """25 minutes of a gyroscope and an accelerometer at rest."""
+    """Ten minutes of a gyroscope and an accelerometer at rest."""
     model = NoiseModel(
         channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}, "accel_x": {"random_walk": 1e-3}}
     )
-    write(simulate(model, duration=1500, rate=100, rng=1), path)
+    write(simulate(model, duration=600, rate=100, rng=1), path)
     return path
 
 

@@ -185,13 +185,13 @@ def test_the_terms_of_one_channel_have_symbols():
     assert len(parts) >= 2
 
 
-def test_sixty_channels():
-    record = Record.from_arrays(rate=100, **{f"signal{k}": noise(f"sixty {k}", 4_000) for k in range(60)})
+def test_thirty_channels():
+    record = Record.from_arrays(rate=100, **{f"signal{k}": noise(f"thirty {k}", 2_000) for k in range(30)})
     given = content(record)
     made = pdf.document(given)
-    assert len(made) < 1_000_000
+    assert len(made) < 500_000
     text = squeezed(pages(given))
-    assert all(text.count(f"signal{k}") >= 4 for k in range(60))
+    assert all(text.count(f"signal{k}") >= 4 for k in range(30))
 
 
 def test_figures_are_drawn(six):

@@ -1,8 +1,10 @@
 """Simulated serial ports, and workbenches that record them."""
 
 import contextlib
+import functools
 import os
 import time
+from unittest.mock import patch
 
 import numpy as np
 from workbench_served import Page, serving
@@ -12,6 +14,7 @@ from sigmatau.app.files import Roots
 from sigmatau.app.log import LiveSource
 from sigmatau.app.recording import Recording
 from sigmatau.app.routes import Workbench
+from sigmatau.app.workers import Workers
 
 TABLE = {"rate": "100", "unit": "gyro=rad/s", "channels": "gyro=1:3"}
 WORDS = ["--rate", "100", "--unit", "gyro=rad/s", "--channels", "gyro=1:3"]
@@ -67,6 +70,16 @@ class Port:
             os.write(self.master, b"".join(rows[start : start + 100]))
 
 
+class LastingWorkers(Workers):
+    """Workers of all workbenches of this process, because each takes a second to start; they end with the process."""
+
+    def close(self):
+        """They go on."""
+
+
+_lasting_workers = functools.cache(LastingWorkers)
+
+
 @contextlib.contextmanager
 def recorded(port, **changes):
     """A client of a workbench that records the port."""
@@ -77,7 +90,8 @@ def recorded(port, **changes):
 @contextlib.contextmanager
 def served(port, recording=None):
     """A client of a workbench with the folder of the port's log."""
-    workbench = Workbench(Roots([port.saved.parent, port.saved]), max_upload=10**6, recording=recording)
+    with patch("sigmatau.app.routes.Workers", _lasting_workers):
+        workbench = Workbench(Roots([port.saved.parent, port.saved]), max_upload=10**6, recording=recording)
     try:
         with serving(workbench) as asking:
             page = Page(asking, port.saved)

@@ -75,8 +75,6 @@ CASES = {
     "sixth order, 0.02 of the rate, 10 Hz": (butterworth(6, 0.02), {"seconds": 7200, "rate": 10.0}),
     "little damping": (two_poles(0.05, 0.35), {"seconds": 1800, "rate": 100.0}),
     "much damping": (two_poles(0.05, 1.5), {"seconds": 1800, "rate": 100.0}),
-    "exponential smoothing": (smoothing(0.1), {"seconds": 1800, "rate": 100.0}),
-    "two means of 16": (means(16, 2), {"seconds": 1800, "rate": 100.0}),
     "three means of 8": (means(8, 3), {"seconds": 1800, "rate": 100.0}),
     "mean of 100, flicker behind": (means(100, 1), {"seconds": 3600, "rate": 50.0, "flicker": 5e-5}),
 }

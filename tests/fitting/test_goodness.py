@@ -32,7 +32,7 @@ def above(share, count):
 )
 def test_size(truth):
     """Twice the smaller of two p-values: never more often below a limit than it says, and not much less often."""
-    rng, count, p = np.random.default_rng(seed_of(f"goodness {truth}")), 60, []
+    rng, count, p = np.random.default_rng(seed_of(f"goodness {truth}")), 150, []
     parts, model = Components(N, SIZES), NoiseModel(channels={"gyro_x": truth})
     for _ in range(count):
         curve = allan(simulate(model, duration=N, rate=1.0, rng=rng), taus=SIZES, threads=1)["gyro_x"]

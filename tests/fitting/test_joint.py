@@ -125,22 +125,19 @@ def test_lengths_differ_and_samples_are_missing(missing):
 
 def test_the_run_that_differs_is_named_and_no_other():
     for factor, term in (({"slow": 0.5}, "rate_random_walk"), ({"walk": 1.6}, "random_walk")):
-        for k in range(1):
-            days = [
-                record(f"odd {term} {k} {day}", **{"slow": 0.05, **(factor if day == 3 else {})}) for day in range(7)
-            ]
-            found = fit_jointly(days, names="abcdefg")["gyro_x"]
-            assert found.outliers == ("d",)
-            odd = found.runs[3]
-            assert odd.cause == term
-            assert odd.factor == pytest.approx(10 if term == "rate_random_walk" else 1.6, rel=0.6)
-            assert f"d: {'rate' if term[0:4] == 'rate' else 'angle'} random walk" in repr(found)
+        days = [record(f"odd {term} 0 {day}", **{"slow": 0.05, **(factor if day == 3 else {})}) for day in range(7)]
+        found = fit_jointly(days, names="abcdefg")["gyro_x"]
+        assert found.outliers == ("d",)
+        odd = found.runs[3]
+        assert odd.cause == term
+        assert odd.factor == pytest.approx(10 if term == "rate_random_walk" else 1.6, rel=0.6)
+        assert f"d: {'rate' if term[0:4] == 'rate' else 'angle'} random walk" in repr(found)
 
 
 def test_ramps_of_all_runs_are_no_rate_random_walk():
     """Each run has a ramp that it does not show by itself; without ramps in all, they are a slow walk."""
     seen = 0
-    for k in range(5):
+    for k in range(8):
         days = []
         for day in range(7):
             x = samples(f"ramps {k} {day}")
@@ -149,7 +146,7 @@ def test_ramps_of_all_runs_are_no_rate_random_walk():
                 Record.from_arrays(rate=10, gyro_x=x + 4e-4 * (-1) ** day * time, unit={"gyro": "rad/s"})
             )  # 2.7 standard errors of a ramp in white noise, √12 N/T^1.5
         seen += fit_jointly(days)["gyro_x"].fit["rate_random_walk"].observed
-    assert seen <= 1  # 0.25 expected; two or more have a probability of 2 %
+    assert seen <= 2  # 0.4 expected; three or more have a probability of 0.6 %
 
 
 def test_axes_of_a_triad():

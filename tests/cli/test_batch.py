@@ -11,6 +11,7 @@ import known
 import sigmatau as st
 from sigmatau.cli import batch, main
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.folders import gather
 
 
 def write(path, seed, n=2000):
@@ -166,16 +167,16 @@ class TestNames:
         assert batch.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/2/a")]) == ["1_a-1", "1_a-2", "2_a"]
 
     def test_gather(self, folder, tmp_path):
-        logs, left_out = batch.gather([folder])
+        logs, skipped = gather([folder])
         assert [log.name for log in logs] == ["a.csv", "b.csv", "bad.csv"]
-        assert [file.name for file in left_out] == ["notes.md"]
-        assert batch.gather([folder, folder / "a.csv"])[0] == logs
+        assert [file.name for file in skipped] == ["notes.md"]
+        assert gather([folder, folder / "a.csv"])[0] == logs
         with pytest.raises(OptionError, match="given twice"):
-            batch.gather([folder / "a.csv", folder / "a.csv"])
+            gather([folder / "a.csv", folder / "a.csv"])
         empty = tmp_path / "none"
         empty.mkdir()
         with pytest.raises(DataError, match="no log"):
-            batch.gather([empty])
+            gather([empty])
 
     def test_folders_in_folders(self, tmp_path, monkeypatch):
         (tmp_path / "d" / "day 1").mkdir(parents=True)
@@ -188,13 +189,13 @@ class TestNames:
         (tmp_path / "d" / "photo").write_bytes(b"\xff\xd8\xff\xe0" + bytes(50))
         (tmp_path / "d" / "empty").write_bytes(b"")
         (tmp_path / "d" / "header.csv").write_text("time,gyro_x\n")
-        logs, left_out = batch.gather([tmp_path / "d"])
-        assert [log.name for log in logs] == ["b.csv", "header.csv", "a.csv"]
-        assert [file.name for file in left_out] == ["empty", "notes.txt", "photo"]
+        logs, skipped = gather([tmp_path / "d"])
+        assert [log.name for log in logs] == ["b.csv", "empty", "header.csv", "a.csv"]
+        assert [file.name for file in skipped] == ["notes.txt", "photo"]
         # What is named is read, whatever it is; and once, however it is named.
-        assert batch.gather([tmp_path / "d" / "notes.txt"]) == ([tmp_path / "d" / "notes.txt"], [])
+        assert gather([tmp_path / "d" / "notes.txt"]) == ([tmp_path / "d" / "notes.txt"], [])
         monkeypatch.chdir(tmp_path / "d")
-        assert batch.gather([Path("b.csv"), tmp_path / "d" / "b.csv"])[0] == [Path("b.csv")]
+        assert gather([Path("b.csv"), tmp_path / "d" / "b.csv"])[0] == [Path("b.csv")]
 
 
 @pytest.fixture(scope="module")

@@ -221,7 +221,9 @@ def test_runs_at_a_temperature(lab, capsys):
         assert run(capsys, *argv, stated)[0] == 0
         listed = run(capsys, "list", "runs", "--store", "hot.db", "--temperature", given, "--json")[1]
         assert "warm.csv" in json.loads(listed)["run"]
-    for wrong in ("30:20", "20:30:40", "20:", "hot", "85F"):
+    assert "lower temperature first" in run(capsys, "list", "--store", "hot.db", "--temperature", "30:20")[2]
+    assert "outside" in run(capsys, "list", "--store", "hot.db", "--temperature", "9999")[2]
+    for wrong in ("20:30:40", "20:", "hot", "85F"):
         assert run(capsys, "list", "--store", "hot.db", "--temperature", wrong)[::2] == (
             2, f"sigmatau: --temperature {wrong}: must be a temperature, 85degC, or a range, 20:30\n",
         )  # fmt: skip

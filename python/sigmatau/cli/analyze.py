@@ -45,8 +45,8 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
+from sigmatau.io.folders import gather, is_log, skipped_lines
 from sigmatau.io.read.formats.split import bag_files
-from sigmatau.io.written import is_result
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.clocks import compare_clocks
@@ -133,7 +133,7 @@ def analyze_command(
         logs = configured_logs(config)
     if not logs:
         raise OptionError("name a log, several logs, or a folder of logs", option="log")
-    logs = matched(logs)
+    logs = matched(logs, keep=is_log, quiet=quiet)
     set_shown(show)
     chosen: dict[str, Any] = {
         **(settings or AnalysisSettings()).arguments(),
@@ -300,15 +300,12 @@ def _analyze_logs(
 ) -> int:
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
-    logs, left_out = batch.gather(places)
+    logs, skipped = gather(places)
     readings = assign_readings(reading, logs, places)
     for option, folder in reversed(outputs.paths.items()):  # check the figure libraries before a folder is created
         check_folder(folder, option)
-    results = sum(map(is_result, left_out))
-    if notes := [str(file) for file in left_out if not is_result(file)]:
-        say(f"skipped, not a log: {', '.join(notes)}", quiet=quiet)
-    if results:
-        say(f"skipped, written by sigmatau: {results} file{'s' if results > 1 else ''}", quiet=quiet)
+    for line in skipped_lines(skipped):
+        say(line, quiet=quiet)
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     names = dict(zip(logs, batch.names(logs), strict=True))

@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sigmatau._version import __version__
-from sigmatau.cli import batch
 from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
 from sigmatau.cli.options import check_outputs, check_style, drawing, matched, say, working, write_figure, write_result
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
@@ -17,6 +16,7 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.bandwidth import bandwidth
 from sigmatau.fitting.sensor_bandwidth import Bandwidths
+from sigmatau.io.folders import gather, is_log, skipped_lines
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.record.record import Record, channel_quantities, stream_name
@@ -58,10 +58,10 @@ def bandwidth_command(
     """
     set_shown(show)
     check_style(style, plot)
-    places, skipped = batch.gather(matched(logs))
+    places, skipped = gather(matched(logs, keep=is_log, quiet=quiet))
     check_outputs(places, plot=plot, json=json)
-    if skipped:
-        say(f"skipped, not a log: {', '.join(map(str, skipped))}", quiet=quiet)
+    for line in skipped_lines(skipped):
+        say(line, quiet=quiet)
     readings = assign_readings(reading, places, logs)
     records = {_name(log, places): _read(log, readings[log], quiet=quiet) for log in places}
     for name, record in records.items():

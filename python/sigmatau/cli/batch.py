@@ -15,9 +15,6 @@ from typing import TYPE_CHECKING
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
-from sigmatau.io.read.formats.split import bag_files
-from sigmatau.io.read.registry import NOT_LOGS
-from sigmatau.io.written import is_result
 from sigmatau.process import keep_freed
 from sigmatau.quality.clocks import Mark, collect_marks
 from sigmatau.results import aligned, duration_text
@@ -26,11 +23,6 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.context import SpawnContext
     from multiprocessing.process import BaseProcess
-
-_PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
-# suffixes of tables: such a file counts as a log even without numbers, so that it fails and is not skipped like prose
-_TABLES = (".csv", ".tsv", ".dat", ".gz")
-_HEAD = 1 << 16  # number of bytes that are read to decide whether a file is a log
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,77 +42,6 @@ class LogOutcome:
         if self.error is None:
             return exit_code(self.findings)
         return 2 if isinstance(self.error, OptionError) else 1
-
-
-def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Collect the logs, including those in folders and subfolders, sorted by name, and the files that are skipped.
-
-    A log that is named directly and in a folder is read once.
-    """
-    named = [place for place in places if _is_log(place)]
-    logs: dict[Path, Path] = {}  # logs by resolved path
-    left_out: list[Path] = []
-    for place in places:
-        if _is_log(place):
-            if named.count(place) > 1:
-                raise OptionError(f"{place} is given twice", option="log")
-            logs.setdefault(_resolved(place), place)
-            continue
-        files = list(_files(place, ()))
-        inside = [f for f in files if _may_be_a_log(f)]
-        if not inside:
-            raise DataError(f"{place}: no log in this folder or its subfolders")
-        for log in inside:
-            logs.setdefault(_resolved(log), log)
-        left_out += [f for f in files if f not in inside]
-    asked = {_resolved(place) for place in named}
-    return list(logs.values()), [file for file in left_out if _resolved(file) not in asked]
-
-
-def _is_log(place: Path) -> bool:
-    """Whether a path is one log: a file, or the folder of a ROS 2 bag."""
-    return not place.is_dir() or bool(bag_files(place))
-
-
-def _resolved(path: Path) -> Path:
-    try:
-        return path.resolve()
-    except (OSError, RuntimeError, ValueError):  # a loop of links; the reader reports it
-        return path.absolute()
-
-
-def _files(folder: Path, above: tuple[Path, ...]) -> Iterator[Path]:
-    """Files of a folder and its subfolders, without hidden files; links to a parent folder are not followed."""
-    above = (*above, _resolved(folder))
-    try:
-        entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
-    except OSError as error:
-        raise DataError(f"{folder}: cannot be read: {error.strerror or error}") from None
-    yield from (entry for entry in entries if entry.is_file() or _is_log(entry))
-    for entry in entries:
-        if not _is_log(entry) and entry.is_dir() and _resolved(entry) not in above:
-            yield from _files(entry, above)
-
-
-def _may_be_a_log(file: Path) -> bool:
-    """Whether a file in a folder is read. Empty files, pipes, pictures, prose and results are skipped."""
-    if file.is_dir():
-        return True
-    if file.exists() and not file.is_file():  # opening a pipe would wait for a writer
-        return False
-    if file.suffix.lower() in NOT_LOGS:
-        return False
-    try:
-        with file.open("rb") as stream:
-            head = stream.read(_HEAD)
-    except OSError:
-        return True  # the reader reports why it cannot be read
-    if not head or head.startswith(_PICTURES) or is_result(file):
-        return False
-    if file.suffix.lower() in _TABLES or b"\0" in head:
-        return True
-    # A log has a line of mostly digits in its first 64 KiB; prose has none.
-    return any(3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0 for line in head.splitlines())
 
 
 def run(

@@ -19,6 +19,7 @@ from sigmatau.cli.reading import ReadingOptions
 from sigmatau.cli.settings import FleetSettings
 from sigmatau.cli.store import store_place
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.folders import skipped_lines
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -76,8 +77,8 @@ def fleet_command(
     memory
         Memory of each process of this host in GB (default: its share of the host's). Larger records are divided.
     unit_from
-        Source of the unit's name: a regular expression for the path of a log, whose first group is the unit,
-        '(SN[0-9]+)'. Default: the folder of the log.
+        Source of the unit's name: folder, for the folder of its log; or a regular expression for the path of the log, whose
+        first group is the unit, '(SN[0-9]+)'. Default: folder.
     model
         Sensor model of the units. Default: not stated.
     date
@@ -115,7 +116,10 @@ def fleet_command(
     naming.check()
     # Workers run in other folders, and logs/a.csv in two folders are two logs.
     logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
-    named = [log for log in find(logs) if not _is_store_file(log.place, place)]
+    skipped: list[str] = []
+    named = [log for log in find(logs, skip=skipped.append) if not _is_store_file(log.place, place)]
+    for line in skipped_lines([Path(log) for log in skipped if not _is_store_file(log, place)]):
+        say(line, quiet=quiet)
     runs, unnamed = _all_stated(naming, named)
     named = [log for log in named if log.place in runs]
     with closing(Stored(open_engine(place), options)) as stored:

@@ -20,7 +20,7 @@ from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
-from sigmatau.io.written import is_result
+from sigmatau.io.folders import gather, skipped_lines
 from sigmatau.noise.terms import check_shown
 from sigmatau.record.record import Record, channel_quantities
 from sigmatau.record.streams import Stream
@@ -69,15 +69,15 @@ def joint_command(
     quiet: bool,
 ) -> int:
     """Analyse logs individually, fit them jointly, and write one result."""
-    logs, left_out = batch.gather(places)
+    logs, skipped = gather(places)
     readings = assign_readings(reading, logs, places)
     if len(logs) < _SEVERAL and over == "runs":
         raise OptionError("--joint needs two or more logs. For the axes of one log, use --joint-axes", option="joint")
     for log in logs:
         exports.check_reading(readings[log])
     outputs.check(logs, exports)
-    if skipped := [str(file) for file in left_out if not is_result(file)]:
-        say(f"skipped, not a log: {', '.join(skipped)}", quiet=quiet)
+    for line in skipped_lines(skipped):
+        say(line, quiet=quiet)
     records, codes = _analysed(logs, readings, settings, exports, over=over, verbose=verbose, quiet=quiet)
     if not records or (len(records) < _SEVERAL and over == "runs"):
         raise DataError(

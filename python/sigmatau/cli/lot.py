@@ -30,7 +30,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.registry import NOT_LOGS
+from sigmatau.io.folders import gather, is_empty, is_log, skipped_lines
 from sigmatau.io.written import is_result
 from sigmatau.lab.datasheets.compare import check_options
 from sigmatau.lab.datasheets.sheet import Datasheet
@@ -41,6 +41,7 @@ from sigmatau.lab.lots.lot_result import Lot
 from sigmatau.lab.lots.lot_screen import screen
 from sigmatau.lab.lots.lot_unit import UnitResult, without_result
 from sigmatau.lab.lots.reading import natural_order
+from sigmatau.lab.lots.unit_pattern import FOLDER, check_unit_pattern, unit_in_path
 from sigmatau.lab.pages.lot_report import LOT_ENDINGS, lot_report
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
@@ -94,8 +95,8 @@ def lot_command(
         Number of units, or a file with their names, one per line: units without a log are reported as missing. A name also
         matches a serial number inside a file name, SN7 in SN7_2026-05-04.csv. Default: not checked.
     unit_from
-        Name of a unit: folder, or a regular expression for the path of its log with the name in parentheses,
-        '(SN[0-9]+)'. Default: the file name.
+        Source of the unit's name: folder, for the folder of its log; or a regular expression for the path of the log, whose
+        first group is the unit, '(SN[0-9]+)'. Default: the file name.
     output
         Write the lot: .html (a page that opens offline), .pdf, .xlsx, .csv, .json, .xml (JUnit). May be repeated.
     results
@@ -146,6 +147,7 @@ def lot_command(
         raise OptionError("--temperature needs --store; units are chosen by their files", option="temperature")
     if store is not None and unit_from is not None:
         raise OptionError("--unit-from names the units of logs; those of a store have names", option="unit_from")
+    check_unit_pattern(unit_from, words=(FOLDER,))
     if store is not None and results is not None:
         raise OptionError("--results keeps the results of logs; the store has its own", option="results")
     if store is not None and reports is not None:
@@ -168,7 +170,7 @@ def lot_command(
         units_examined = _stored(store, serial or [], temperature, sheet, options)
         order = [*units_examined]
     else:
-        places = matched(units)
+        places = matched(units, keep=_may_be_a_unit, quiet=quiet)
         logs, files = _gather(places, expecting=expected is not None, quiet=quiet)
         for path in outputs:
             for place in (*logs, *files):
@@ -216,14 +218,10 @@ def lot_command(
 
 def _units_in_paths(places: Sequence[Path], expression: str) -> dict[Path, str]:
     """The units of ``--unit-from`` by log; each has one log."""
-    from sigmatau.lab.store.naming import FOLDER, Naming
-
-    Naming(unit_from=expression).check()
     names: dict[Path, str] = {}
     for place in places:
         path = place.absolute()
-        match = None if expression == FOLDER else re.search(expression, str(path))
-        name = path.parent.name if expression == FOLDER else (match[1] or "") if match else ""
+        name = path.parent.name if expression == FOLDER else unit_in_path(expression, str(path))
         if not name:
             raise OptionError(f"{place}: --unit-from {expression!r} finds no unit in the path", option="unit_from")
         earlier = next((log for log, unit in names.items() if unit == name), None)
@@ -308,21 +306,18 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
             files.append(place)
             continue
         try:
-            folder_logs, rest = batch.gather([place])
+            folder_logs, skipped = gather([place])
         except DataError:
-            inside = sorted(place.glob("*.json"), key=_by_number) if place.is_dir() else []
-            inside = [file for file in inside if file.is_file() and not file.name.startswith(".") and _is_unit(file)]
-            empty = _empty(sorted(place.iterdir())) if place.is_dir() and os.access(place, os.R_OK | os.X_OK) else []
-            if not inside and not empty and not (expecting and os.access(place, os.R_OK)):
+            inside = _results(place)
+            if not inside and not (expecting and place.is_dir() and os.access(place, os.R_OK)):
                 raise
-            logs += empty
             files += inside
             continue
-        empty = _empty(rest)
-        logs += sorted([*folder_logs, *empty], key=_by_number)
-        skipped = [str(file) for file in rest if file not in empty and not is_result(file)]
-        if skipped:
-            say(f"skipped, not a log: {', '.join(skipped)}", quiet=quiet)
+        logs += sorted(folder_logs, key=_by_number)
+        if place.is_dir() and all(map(is_empty, folder_logs)):  # the records are missing; results may be there
+            files += _results(place)
+        for line in skipped_lines([file for file in skipped if file not in files]):
+            say(line, quiet=quiet)
     for kind in (logs, files):
         twice = next((place for place in kind if kind.count(place) > 1), None)
         if twice is not None:
@@ -330,16 +325,15 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
     return logs, files
 
 
-def _empty(files: Sequence[Path]) -> list[Path]:
-    """Find empty files in the place of logs: the unit was tested, but its record is missing."""
-    return [
-        file
-        for file in files
-        if file.is_file()
-        and not file.name.startswith(".")
-        and file.suffix.lower() not in NOT_LOGS
-        and file.stat().st_size == 0
-    ]
+def _results(folder: Path) -> list[Path]:
+    """Results of units in a folder, in natural order."""
+    inside = sorted(folder.glob("*.json"), key=_by_number) if folder.is_dir() else []
+    return [file for file in inside if file.is_file() and not file.name.startswith(".") and _is_unit(file)]
+
+
+def _may_be_a_unit(file: Path) -> bool:
+    """Whether a file of a pattern is a log or a result."""
+    return file.suffix.lower() == ".json" or is_log(file)
 
 
 def _is_unit(file: Path) -> bool:

@@ -21,6 +21,7 @@ from sigmatau.cli.words import is_number
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, line
 from sigmatau.io.atomic import atomic
+from sigmatau.io.folders import skipped_lines
 from sigmatau.results import csv_text, printable
 
 if TYPE_CHECKING:
@@ -41,8 +42,12 @@ _PASSWORD = re.compile(r"(://[^\s/:@]*:|[?&]password=)[^\s@&]+")  # in the addre
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # sizes of the curves on the screen
 
 
-def matched(places: Sequence[Path]) -> tuple[Path, ...]:
-    """Expand patterns such as ``shift/*.csv``, because not every shell does."""
+def matched(
+    places: Sequence[Path], *, keep: Callable[[Path], bool] | None = None, quiet: bool = False
+) -> tuple[Path, ...]:
+    """Expand patterns such as ``shift/*.csv``, because not every shell does. `keep`: of a pattern, only these files; the
+    others are named on standard error.
+    """
     files_named: list[Path] = []
     for place in places:
         _check_place(place)
@@ -52,7 +57,13 @@ def matched(places: Sequence[Path]) -> tuple[Path, ...]:
         files = sorted(glob.glob(str(place), recursive=True))  # noqa: PTH207  a pattern with any root
         if not files:
             raise DataError(f"{place}: no file matches this pattern")
-        files_named += map(Path, files)
+        matching = list(map(Path, files))
+        wanted = matching if keep is None else list(filter(keep, matching))
+        for text in skipped_lines([file for file in matching if file not in wanted]):
+            say(text, quiet=quiet)
+        if not wanted:
+            raise DataError(f"{place}: no file that matches this pattern is a log")
+        files_named += wanted
     return tuple(files_named)
 
 

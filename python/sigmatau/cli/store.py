@@ -126,18 +126,22 @@ def opened(store: str | None, *, create: bool = False) -> Store:
 
 def temperatures(text: str | None) -> tuple[float, float] | None:
     """Parse the range of ``--temperature``: a single temperature includes all temperatures that round to it. [degC]"""
-    from sigmatau.lab.store.naming import stated_temperature
+    from sigmatau.lab.store.naming import celsius, check_range
 
     if text is None:
         return None
-    try:
-        ends = [stated_temperature(part) for part in text.split(":")]
-    except OptionError:  # the error would describe a single temperature
-        ends = []
-    low, high = (ends[0], ends[-1]) if 0 < len(ends) <= 2 else (None, None)
-    if low is None or high is None or low > high:
+    ends = [celsius(part) for part in text.split(":")]
+    low, high = (ends[0], ends[-1]) if len(ends) <= 2 else (None, None)
+    if low is None or high is None:
         raise OptionError(
-            f"--temperature {text}: must be a temperature, 85degC, or a range, 20:30", option="temperature"
+            f"--temperature {text:.40}: must be a temperature, 85degC, or a range, 20:30", option="temperature"
+        )
+    check_range(low)
+    check_range(high)
+    if low > high:
+        raise OptionError(
+            f"--temperature {text:.40}: the range ends below its beginning; give the lower temperature first",
+            option="temperature",
         )
     return (low, high) if len(ends) == 2 else (low - _ROUNDED, high + _ROUNDED)
 

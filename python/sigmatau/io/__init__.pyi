@@ -1,3 +1,4 @@
+from .folders import is_log
 from .read.formats.split import bag_files
 from .read.options import ReadOptions
 from .read.registry import NOT_LOGS
@@ -6,4 +7,5 @@ __all__ = [
     "NOT_LOGS",
     "ReadOptions",
     "bag_files",
+    "is_log",
 ]

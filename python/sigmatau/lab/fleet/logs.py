@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import hashlib
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -27,13 +27,16 @@ class Log:
         return f"{self.size}/{self.changed}"
 
 
-def find(patterns: Iterable[str]) -> list[Log]:
+def find(patterns: Iterable[str], *, skip: Callable[[str], None] | None = None) -> list[Log]:
     """List the logs of paths, patterns (``logs/**/*.csv``) and URLs (``s3://bucket/night*``), each once, sorted by name.
 
     Parameters
     ----------
     patterns : iterable of str
         A folder includes all logs below it. Zarr stores and ROS 2 bags are folders that count as one log.
+    skip : callable, optional
+        Is called with the place of each file of a folder or pattern that is not a log, see `sigmatau.io.folders`; objects
+        are distinguished by their names alone.
 
     Raises
     ------
@@ -49,27 +52,31 @@ def find(patterns: Iterable[str]) -> list[Log]:
     if not pattern_list:
         raise OptionError("name logs, patterns such as 'logs/**', or URLs", option="logs")
     for pattern in pattern_list:
-        logs = list(_remote(pattern) if "://" in pattern else _local(pattern))
+        logs = list(_remote(pattern, skip) if "://" in pattern else _local(pattern, skip))
         if not logs:
             raise DataError(f"{pattern}: no log there")
         logs_by_place.update((log.place, log) for log in logs)
     return [logs_by_place[place] for place in sorted(logs_by_place)]
 
 
-def _local(pattern: str) -> Iterator[Log]:
-    from sigmatau.io import NOT_LOGS
+def _local(pattern: str, skip: Callable[[str], None] | None) -> Iterator[Log]:
+    from sigmatau.io import is_log
 
     several = glob.has_magic(pattern)
     inside: dict[Path, bool] = {}  # whether a folder is inside a folder that is a log, by folder
     for name in sorted(_matching(pattern)) if several else [pattern]:
         path = Path(name)
-        if several and (path.suffix.lower() in NOT_LOGS or _within(path.parent, inside)):
+        if several and _within(path.parent, inside):
             continue
         if path.is_dir() and _is_listed(path):
             if _is_one_log(path):
                 yield _folder(path)
             elif not several:
-                yield from _local(os.path.join(glob.escape(name), "**"))  # noqa: PTH118  Path drops the **
+                yield from _local(os.path.join(glob.escape(name), "**"), skip)  # noqa: PTH118  Path drops the **
+            continue
+        if several and not is_log(path):
+            if skip is not None:
+                skip(str(path))
             continue
         try:
             state = path.stat()
@@ -153,7 +160,7 @@ def _within(folder: Path, is_in_log: dict[Path, bool]) -> bool:
     return is_in_log[folder]
 
 
-def _remote(pattern: str) -> Iterator[Log]:
+def _remote(pattern: str, skip: Callable[[str], None] | None) -> Iterator[Log]:
     try:
         import fsspec
     except ImportError:
@@ -175,8 +182,12 @@ def _remote(pattern: str) -> Iterator[Log]:
                 if inside not in stores:
                     stores.add(inside)
                     yield _remote_folder(system, inside)
-            elif entry.get("type") != "directory" and not (several and PurePath(name).suffix.lower() in NOT_LOGS):
+            elif entry.get("type") != "directory":
                 place = system.unstrip_protocol(name)
+                if several and PurePath(name).suffix.lower() in NOT_LOGS:
+                    if skip is not None:
+                        skip(place)
+                    continue
                 yield Log(place=place, size=entry.get("size"), changed=_tag(entry))
     except (OSError, ValueError, ImportError) as error:
         raise DataError(f"{pattern}: {str(error) or type(error).__name__}") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from datetime import datetime
@@ -15,19 +14,20 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.lab.lots.dates import DATE_NOTES, date_in_name, iso_date
 from sigmatau.lab.lots.runs import RUN_NOTES
+from sigmatau.lab.lots.unit_pattern import FOLDER, LOG_FOLDER, check_unit_pattern, unit_in_path
 from sigmatau.lab.store.rows import Entry, in_utc
 from sigmatau.results import noted_unit
 
 if TYPE_CHECKING:
     from sigmatau import Analysis
 
-FOLDER, LOG_FOLDER = "folder", "log-folder"
 IN_NAME = "name"
 """Value of `Naming.date`: the first date in the path of the log."""
 
 _TEMPERATURE_NOTES = ("temperature", "temp")
 _TEMPERATURE = re.compile(r"([-+]?\d+(?:\.\d*)?) *(°C|degC|C|K)?", re.ASCII)
 _KELVIN = 273.15
+_HIGHEST = 1000.0  # temperature above which no inertial sensor works [degC]; a larger number is a slip
 
 
 class UnknownUnitError(DataError):
@@ -69,7 +69,8 @@ class Naming:
         Raises
         ------
         OptionError
-            For two names of the unit, an empty name, a date that is not ISO 8601, or an expression without a group.
+            For two names of the unit, an empty name, a date that is not ISO 8601, a temperature at which there are no
+            sensors, or an expression for the unit that `check_unit_pattern` refuses.
         """
         if self.unit is not None and self.unit_from is not None:
             raise OptionError(f"{Hint('unit')} and {{option}} both name the unit; give one of them", option="unit_from")
@@ -80,25 +81,9 @@ class Naming:
             if time is None:
                 raise OptionError(f"{{option}} {self.date}: must be like 2026-05-01T12:00, or name", option="date")
             in_utc(time)
-        if self.temperature is not None and not -_KELVIN <= self.temperature < math.inf:
-            raise OptionError(
-                f"{{option}} {self.temperature:g}: must be a temperature in °C, above {-_KELVIN}",
-                option="temperature",
-            )
-        if self.unit_from not in (None, FOLDER, LOG_FOLDER):
-            try:
-                groups = re.compile(str(self.unit_from)).groups
-            except re.error as error:
-                raise OptionError(
-                    f"{{option}} {self.unit_from}: must be folder, log-folder or a regular expression: {error}",
-                    option="unit_from",
-                ) from None
-            if groups < 1:
-                raise OptionError(
-                    f"{{option}} {self.unit_from}: must be folder, log-folder, or a regular expression with a group,"
-                    r" e.g. '(SN\d+)'",
-                    option="unit_from",
-                )
+        if self.temperature is not None:
+            check_range(self.temperature)
+        check_unit_pattern(self.unit_from)
 
     def entry(
         self, result: Analysis | FailedAnalysis, file: Path, *, content: Mapping[str, Any] | None = None
@@ -146,8 +131,7 @@ class Naming:
         elif self.unit_from == LOG_FOLDER:
             unit = PurePath(log).parent.name
         else:
-            match = re.search(self.unit_from, log)
-            unit = (match[1] or "") if match else ""
+            unit = unit_in_path(self.unit_from, log)
             if not unit:
                 raise UnknownUnitError(
                     f"{Hint('unit_from')} {self.unit_from!r} finds no unit in the path of the log"
@@ -179,7 +163,7 @@ class Naming:
             return self.temperature
         for key in _TEMPERATURE_NOTES:
             if text := notes.get(key):
-                degrees = _celsius(text)
+                degrees = celsius(text)
                 if degrees is None:
                     raise DataError(
                         f"the note {key} {text!r:.40} is not a temperature like 25 degC; give {Hint('temperature')}"
@@ -191,14 +175,29 @@ class Naming:
 
 
 def stated_temperature(text: str | None) -> float | None:
-    """Parse a temperature of the command line to degC. Raises `OptionError` for forms other than 25, 25degC or 298K."""
-    degrees = None if text is None else _celsius(text)
-    if text is not None and degrees is None:
+    """Parse a temperature of the command line to degC. Raises `OptionError` for forms other than 25, 25degC or 298K, and for
+    a temperature at which there are no sensors.
+    """
+    if text is None:
+        return None
+    degrees = celsius(text)
+    if degrees is None:
         raise OptionError(f"{{option}} {text!r:.40} is not a temperature like 25degC", option="temperature")
+    check_range(degrees)
     return degrees
 
 
-def _celsius(text: str) -> float | None:
+def check_range(degrees: float) -> None:
+    """Raise `OptionError` for a temperature at which there are no sensors."""
+    if not -_KELVIN <= degrees <= _HIGHEST:
+        raise OptionError(
+            f"{{option}} {degrees:g} °C is outside {-_KELVIN:g} to {_HIGHEST:g} °C; give it like 85degC or 358K",
+            option="temperature",
+        )
+
+
+def celsius(text: str) -> float | None:
+    """Parse a temperature, 25, 25degC or 298K; None for another form. [degC]"""
     match = _TEMPERATURE.fullmatch(text.strip())
     return None if match is None else float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
 

@@ -22,6 +22,7 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Verdict as RestVerdict
+from sigmatau.record.record import TemperatureRange
 
 
 @frozen
@@ -35,6 +36,12 @@ class SourceForm:
     rows: int = key(default=0, minimum=0)
     conversions: tuple[str, ...] = key(default=())
     ignored_columns: tuple[str, ...] = key(default=())
+    started: str | None = key(
+        "time of the first sample by the clock of the log, ISO 8601; UTC if its stamps count from 1970",
+        default=None,
+        pattern=r"^\d{4}-\d{2}-\d{2}T\d{2}:\d{2}:\d{2}$",
+    )
+    temperature_degc: TemperatureRange | None = key("temperature by a thermometer of the log", default=None)
 
 
 @frozen

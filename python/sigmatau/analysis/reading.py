@@ -176,6 +176,7 @@ def _analysis(form: forms.ResultForm) -> Analysis:
             ignored=source.ignored_columns,
             options=options.reading,
             checksum=source.sha256,
+            temperature=source.temperature_degc,
         ),
         findings=Findings(map(decode_finding, form.findings)),
         curves=Curves(curves),

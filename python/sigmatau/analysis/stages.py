@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
+
+import numpy as np
 
 from sigmatau.analysis.options import AnalysisOptions, parse_options
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
@@ -40,7 +43,7 @@ from sigmatau.quality.selection.window import choose as choose_window
 from sigmatau.record import memory
 from sigmatau.record.mask import Exclusion, channel_masks, excluded_from
 from sigmatau.record.on_disk import loaded
-from sigmatau.record.record import Record
+from sigmatau.record.record import Provenance, Record, TemperatureRange
 from sigmatau.record.streams import Stream, describe_sampling
 from sigmatau.results import ByChannel
 
@@ -223,7 +226,7 @@ def assemble(state: State) -> Analysis:
     """Build the result."""
     record = state.record
     return Analysis(
-        source=record.provenance,
+        source=_with_temperature(record),
         findings=ranked(state.findings),
         curves=Curves(state.curves),
         fits=Fits(state.fits),
@@ -237,6 +240,22 @@ def assemble(state: State) -> Analysis:
         options=parse_options(stated(state.options)),
         notes={str(name): str(text) for name, text in (state.options.notes or {}).items()},
     )
+
+
+def _with_temperature(record: Record) -> Provenance:
+    """The origin of a record, with the temperature during it."""
+    warm = next((stream for stream in record.streams if stream.quantity == "temperature"), None)
+    if warm is None:
+        return record.provenance
+    total, count, low, high = 0.0, 0, math.inf, -math.inf
+    for chunk in warm.chunks():
+        degrees = chunk[np.isfinite(chunk)]
+        if len(degrees):
+            total, count = total + float(degrees.sum()), count + len(degrees)
+            low, high = min(low, float(degrees.min())), max(high, float(degrees.max()))
+    if not count:
+        return record.provenance
+    return replace(record.provenance, temperature=TemperatureRange(mean=total / count, low=low, high=high))
 
 
 def read_off_curves(

@@ -238,12 +238,12 @@ def _stored(
 ) -> dict[str, UnitResult]:
     """Read the units of a store, in the order of production."""
     from sigmatau.cli.store import opened, temperatures
+    from sigmatau.lab.lots.conditions import TEMPERATURE
     from sigmatau.lab.store.choosing import Chosen
-    from sigmatau.lab.store.temperatures import temperature_groups
 
     chosen = Chosen(units=tuple(units), temperature=temperatures(temperature))
     with opened(place) as store:
-        groups = sorted({*temperature_groups(store.runs(chosen).columns()["temperature"])})
+        groups = sorted({*TEMPERATURE.groups(store.runs(chosen).columns()["temperature"])})
         if len(groups) > 1:
             raise OptionError(
                 f"the store has runs {', '.join(groups)}; a lot is of one temperature, give --temperature",

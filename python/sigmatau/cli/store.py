@@ -126,7 +126,8 @@ def opened(store: str | None, *, create: bool = False) -> Store:
 
 def temperatures(text: str | None) -> tuple[float, float] | None:
     """Parse the range of ``--temperature``: a single temperature includes all temperatures that round to it. [degC]"""
-    from sigmatau.lab.store.naming import celsius, check_range
+    from sigmatau.lab.lots.conditions import celsius
+    from sigmatau.lab.store.naming import check_range
 
     if text is None:
         return None

@@ -25,7 +25,7 @@ from sigmatau.record.missing import find_missing, missing_values
 from sigmatau.record.sampling import GIVEN_RATE, RateSource
 from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate, check_rates
 from sigmatau.record.thermometers import CELSIUS, TO_CELSIUS, thermometers
-from sigmatau.results import Printed
+from sigmatau.results import Printed, plain_value
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """SI units by quantity. Any other signal keeps its unit."""
@@ -75,6 +75,21 @@ def _state(status: os.stat_result) -> tuple[int, ...]:
 
 
 @frozen
+class TemperatureRange:
+    """Temperature during a record, by its own thermometer.
+
+    Attributes
+    ----------
+    mean, low, high : float
+        Mean, lowest and highest temperature. [degC]
+    """
+
+    mean: float
+    low: float
+    high: float
+
+
+@frozen
 class Provenance:
     """Origin of a record, and the conversions made.
 
@@ -98,6 +113,11 @@ class Provenance:
         Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values.
     checksum : Checksum, str or None
         SHA-256 of the file, computed on first use; or as a result states it. See `sha256`.
+    started : str or None
+        Time of the first sample, ``"2026-05-01T12:00:00"``, by the clock of the log; of stamps that count from 1970 in UTC.
+        None if the log has no dates.
+    temperature : TemperatureRange or None
+        Temperature during the record; None without a thermometer.
     """
 
     path: str | None = None
@@ -109,6 +129,8 @@ class Provenance:
     units_stated: tuple[str, ...] = ()
     options: Mapping[str, Any] = field(default_factory=dict, compare=False)
     checksum: Checksum | str | None = field(default=None, repr=False, compare=False)
+    started: str | None = None
+    temperature: TemperatureRange | None = None
 
     @property
     def sha256(self) -> str | None:
@@ -125,6 +147,8 @@ class Provenance:
             "rows": self.rows,
             "conversions": list(self.conversions),
             "ignored_columns": list(self.ignored),
+            **({"started": self.started} if self.started else {}),
+            **({"temperature_degc": plain_value(self.temperature)} if self.temperature else {}),
         }
 
 

@@ -63,7 +63,15 @@ WORDS = {
     "no model fits, so that the errors are unknown": kinds.NoModel(),
     "no specification; give --spec SPEC.toml": kinds.NoSpecification(),
     "truncated? The record has 30 min, the lot 1 h": kinds.ShortRecord(ratio=0.5, length=1800.0),
-    "sampled at 50 Hz, the lot at 100 Hz": kinds.OtherRate(rate=50.0, rate_of_lot=100.0),
+    "sampled at 50 Hz, the lot at 100 Hz; not compared with it": kinds.OtherCondition(
+        factor="rate", value="at 50 Hz", value_of_lot="at 100 Hz"
+    ),
+    "the lot has units 4 at 50 Hz, 4 at 100 Hz, none compared with another; judge each group as a lot": kinds.MixedLot(
+        factor="rate", groups=(("at 50 Hz", 4), ("at 100 Hz", 4))
+    ),
+    "the lot has 2 orientations: 6 with gravity along +z, 6 with gravity along −z; mount all alike": kinds.MixedLot(
+        factor="orientation", groups=(("with gravity along +z", 6), ("with gravity along −z", 6))
+    ),
     "channels differ from the lot: no gyro_z; also gyro_q": kinds.OtherAxes(lacking=("gyro_z",), extra=("gyro_q",)),
     "the data are those of u2; log this unit again": kinds.SameData(unit="u2"),
     "not on the list of expected units": kinds.NotExpected(),

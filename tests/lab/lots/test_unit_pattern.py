@@ -34,7 +34,7 @@ ACCEPTED = [
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_refused(text):
-    with pytest.raises(OptionError, match="repeats a repetition|repetitions"):
+    with pytest.raises(OptionError, match=r"repeats a repetition|repetitions"):
         check_unit_pattern(text)
 
 

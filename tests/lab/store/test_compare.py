@@ -6,10 +6,10 @@ from store_results import entry_of, result
 
 import sigmatau as st
 from sigmatau.errors import DataError, OptionError
+from sigmatau.lab.lots.conditions import TEMPERATURE
 from sigmatau.lab.store.choosing import Chosen
 from sigmatau.lab.store.naming import Naming
 from sigmatau.lab.store.store import Store
-from sigmatau.lab.store.temperatures import temperature_groups
 
 
 def test_same_as_of_results(place):
@@ -114,7 +114,7 @@ def test_rows_are_in_the_order_of_files(tmp_path):
     ([85.0, None, 25.0], ["at 85 °C", "at an unknown temperature", "at 25 °C"]),
 ])  # fmt: skip
 def test_groups_of_temperatures(stated, groups):
-    assert temperature_groups(stated) == groups
+    assert TEMPERATURE.groups(stated) == groups
 
 
 def test_temperatures_are_not_mixed(place):

@@ -106,7 +106,7 @@ def test_times_and_temperatures_that_are_none(tmp_path):
         store.add([entry_of(result(0), unit="A", recorded=early)])
         assert store.runs(Chosen(since=early)).columns()["recorded"] == [early.replace(tzinfo=None)]
     for degrees in (float("nan"), float("inf"), -300.0):
-        with pytest.raises(OptionError, match=r"above -273\.15"):
+        with pytest.raises(OptionError, match=r"outside -273\.15 to 1000"):
             Naming(unit="A", temperature=degrees).check()
     with pytest.raises(DataError, match="years 1 to 9999"):
         Naming(unit="A", date=EDGE.isoformat()).check()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -111,9 +112,16 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
             units_stated=tuple(channel for each in parts for channel in each.units_stated),
             ignored=tuple(f"{each.topic}: {c}" if several else c for each in parts for c in each.ignored),
             checksum=checksum,
+            started=_started(parts),
         ),
         findings=tuple(dict.fromkeys(finding for each in findings for finding in each)),
     )
+
+
+def _started(parts: Sequence[Part]) -> str | None:
+    """Time of the first sample of all parts, to the second."""
+    begun = min((each.begun for each in parts if each.begun is not None), default=None)
+    return None if begun is None else f"{datetime.fromtimestamp(begun // 1, tz=UTC):%Y-%m-%dT%H:%M:%S}"
 
 
 def with_topics(by_topic: Sequence[tuple[str, Sequence[Finding]]]) -> list[tuple[Finding, ...]]:

@@ -56,6 +56,7 @@ class Part:
     # Contradictions, by stream, between the given rate and that of the log
     contradictions: Mapping[str, RateContradiction]
     places: Mapping[str, int]  # Column of each channel and of the time, counted from 0
+    begun: float | None = None  # Time of the first sample from 1970; None if the stamps have no dates [s]
 
 
 def part(table: Table, options: Options) -> Part:
@@ -213,6 +214,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         rates=rates,
         contradictions=contradictions,
         places=choice.places,
+        begun=min((timing.begun for timing in times if timing.begun is not None), default=None),
     )
 
 

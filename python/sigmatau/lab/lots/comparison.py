@@ -16,7 +16,7 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.lots.group_effects import GroupEffects
 from sigmatau.lab.lots.grouping import Cells, estimate_effects, holm, sort_into_cells
 from sigmatau.lab.lots.options import By, CompareOptions
-from sigmatau.lab.lots.preparing import collect_runs, drop_other_units, with_places, without_copies
+from sigmatau.lab.lots.preparing import by_condition, collect_runs, drop_other_units, with_places, without_copies
 from sigmatau.lab.lots.repeatability import Judgement, RandomEffects, Scale, judge_groups, one_group
 from sigmatau.lab.lots.runs import SIGNED, ComparedRun, Label, RunTable
 from sigmatau.options import keywords_of
@@ -340,7 +340,8 @@ def compare_runs(
     'repeatable'
     """
     table = collect_runs(results, options.names, options.units, options.jobs)
-    return compare_table(replace(table, runs=with_places(without_copies(table))), options)
+    runs = with_places(without_copies(table))
+    return compare_table(replace(table, runs=by_condition(runs) if options.by == "unit" else runs), options)
 
 
 def compare_table(table: RunTable, options: CompareOptions) -> RunComparison:

@@ -10,6 +10,7 @@ import numpy as np
 
 from sigmatau.digits import limit_text, round_to_error, significant, two_digits
 from sigmatau.hints import Hint, command
+from sigmatau.lab.lots.conditions import SUPPLY, TEMPERATURE
 from sigmatau.lab.lots.repeatability import Judgement, RandomEffects
 from sigmatau.lab.lots.runs import MEAN, SIGNED, Label
 from sigmatau.noise.terms import TERMS, display_units
@@ -45,7 +46,23 @@ COMPARED = {"unit": "run", "run": "unit", "axis": "result"}
 def overview(comparison: RunComparison) -> str:
     """A summary of the variation between runs, for one screen. Unused results are not included."""
     lines = _single_group(comparison) if len(comparison.groups) == 1 else _many_groups(comparison)
-    return lines_text(line for line in lines)
+    return lines_text([*lines, *wrapped(_conditions(comparison))])
+
+
+def _conditions(comparison: RunComparison) -> list[str]:
+    """The conditions under which the runs were recorded, if they differ: those of each are compared with each other."""
+    used = [run for run in comparison.runs if not run.problem]
+    lines = []
+    for factor, values in ((TEMPERATURE, [r.temperature for r in used]), (SUPPLY, [r.supply for r in used])):
+        groups = Counter(filter(None, factor.groups(values)))
+        if groups:
+            what = f"{COMPARED[comparison.by]}s"
+            listed = ", ".join(f"{count} {label}" for label, count in groups.items())
+            if comparison.by == "unit":
+                lines.append(f"! {what} {listed}: compared within each; a difference between them is no turn-on bias.")
+            else:
+                lines.append(f"! {what} {listed}: bias and noise depend on it; compare those of each.")
+    return lines
 
 
 def tables(comparison: RunComparison) -> str:

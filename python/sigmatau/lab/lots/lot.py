@@ -15,6 +15,7 @@ from sigmatau.lab.datasheets.compare import check_options, compare_with
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.lab.lots.expected import match_expected
+from sigmatau.lab.lots.lot_conditions import comparable_units
 from sigmatau.lab.lots.lot_findings import CODES, Missing, NoSpecification, NotExpected, OtherScale, Unreadable
 from sigmatau.lab.lots.lot_judging import remarks_on_findings, remarks_on_verdict
 from sigmatau.lab.lots.lot_others import compare_units
@@ -147,8 +148,10 @@ def judge_lot(
     expected = match_expected(examined, expect)
     if not examined and not expected.absent:
         raise OptionError("{option}: no units; give results or the number of units to expect", option="results")
-    distributions = collect_distributions(examined)
-    remarks = compare_units(examined, distributions, judged=sheet is not None)
+    remarks: dict[str, list[Remark]] = {name: [] for name in examined}
+    compared = comparable_units(examined, remarks)
+    distributions = collect_distributions(compared)
+    compare_units(examined, compared, distributions, remarks, judged=sheet is not None)
     settings = JudgingOptions(undecided=undecided, fail_on=fail_on, accept=tuple(accept), **options)
     units = [
         _judged(

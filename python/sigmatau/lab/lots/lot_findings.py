@@ -10,8 +10,14 @@ from sigmatau.findings.finding import Details, Words
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.lab.lots.axis_changes import AxisChange
+from sigmatau.lab.lots.conditions import FactorName
 from sigmatau.results import duration_text
 
+FACTOR_WORDS: dict[FactorName, str] = {"temperature": "recorded", "supply": "supplied", "rate": "sampled"}
+"""Verb before the value of a condition."""
+
+_AS_LOTS = "none compared with another; judge each group as a lot"
+_MOST_GROUPS = 3  # largest number of groups that are named
 _FACTOR_FROM = 3.0  # ratio from which on a difference is printed as a factor: "57 times"
 
 
@@ -324,20 +330,45 @@ class ShortRecord(OfLot, code="short_record"):
 
 
 @frozen
-class OtherRate(OfLot, code="other_rate"):
-    """The sampling rate is not that of the lot.
+class OtherCondition(OfLot, code="other_condition"):
+    """The unit was recorded under another condition than the lot, and is not compared with it.
 
     Attributes
     ----------
-    rate, rate_of_lot : float
-        [Hz]
+    factor : {"temperature", "supply", "rate"}
+    value, value_of_lot : str
+        In words, ``"at 85 °C"``.
     """
 
-    rate: float
-    rate_of_lot: float
+    factor: FactorName
+    value: str
+    value_of_lot: str
 
     def words(self, finding: Finding) -> Words:
-        return Words(f"sampled at {self.rate:.4g} Hz, the lot at {self.rate_of_lot:.4g} Hz")
+        return Words(f"{FACTOR_WORDS[self.factor]} {self.value}, the lot {self.value_of_lot}; not compared with it")
+
+
+@frozen
+class MixedLot(OfLot, code="mixed_lot"):
+    """The lot has groups under several conditions, none of which has two thirds of the units; no unit is compared.
+
+    Attributes
+    ----------
+    factor : {"temperature", "supply", "rate", "orientation"}
+    groups : tuple of (str, int)
+        Conditions in words, and their numbers of units.
+    """
+
+    factor: FactorName | Literal["orientation"]
+    groups: tuple[tuple[str, int], ...]
+
+    def words(self, finding: Finding) -> Words:
+        listed = ", ".join(f"{count} {value}" for value, count in self.groups[:_MOST_GROUPS])
+        rest = len(self.groups) - _MOST_GROUPS
+        listed += f" and {rest} more" if rest > 0 else ""
+        if self.factor == "orientation":
+            return Words(f"the lot has {len(self.groups)} orientations: {listed}; mount all alike")
+        return Words(f"the lot has units {listed}, {_AS_LOTS}")
 
 
 @frozen

@@ -7,6 +7,7 @@ with all 47 changes of the axes of the lot.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
@@ -14,7 +15,8 @@ import numpy as np
 from sigmatau.arrays import SIGMA_OF_MAD, Floats
 from sigmatau.frozen import frozen
 from sigmatau.lab.lots.axis_changes import AXES, CHANGES, AxisChange
-from sigmatau.lab.lots.lot_findings import Orientation, OtherMean, OtherScale
+from sigmatau.lab.lots.lot_conditions import CLEAR
+from sigmatau.lab.lots.lot_findings import MixedLot, Orientation, OtherMean, OtherScale
 from sigmatau.lab.lots.lot_remark import Remark, remark
 from sigmatau.lab.lots.lot_statistics import LEAST_UNITS, extreme_values
 from sigmatau.lab.lots.lot_unit import UnitChannel, UnitResult
@@ -158,6 +160,10 @@ def compare_means(
     outlying: dict[str, list[tuple[SensorMeans, int, list[int]]]] = {}
     for means in sensors:
         share = probability / families
+        if (mixed := _mixed_orientations(means)) is not None:
+            for name in means.names:
+                remarks[name].append(remark(mixed, "note", means.channels))
+            continue
         if means.quantity == "acceleration":
             scaled |= _gravity(means, remarks, levels, without=without, probability=share)
         by_row: dict[int, list[int]] = {}
@@ -201,6 +207,21 @@ def _gravity(
         remarks[name].append(remark(details, "lot", means.channels))
         named.add((name, means.sensor))
     return named
+
+
+def _mixed_orientations(means: SensorMeans) -> MixedLot | None:
+    """The directions of gravity in a lot, if none of them has two thirds of the units; None for any other lot."""
+    if means.quantity != "acceleration":
+        return None
+    sizes = np.linalg.norm(means.values, axis=1)
+    along = np.abs(means.values).max(axis=1) > _ALONG * sizes
+    if not along.all() or not _GRAVITY_FROM < float(np.median(sizes)) / STANDARD_GRAVITY < _GRAVITY_TO:
+        return None
+    counts = Counter(map(_direction, means.values))
+    if counts.most_common(1)[0][1] >= CLEAR * len(means.names):
+        return None
+    groups = tuple((f"with gravity along {direction}", count) for direction, count in counts.most_common())
+    return MixedLot(factor="orientation", groups=groups)
 
 
 def _orientation(outlying: Sequence[tuple[SensorMeans, int, list[int]]], *, judged: bool) -> list[Remark]:

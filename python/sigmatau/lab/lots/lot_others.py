@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from sigmatau.lab.lots.lot_bands import Band, mistaken_units, scale
-from sigmatau.lab.lots.lot_findings import OtherAxes, OtherRate, OtherScale, SameData, ShortRecord
+from sigmatau.lab.lots.lot_findings import OtherAxes, OtherScale, SameData, ShortRecord
 from sigmatau.lab.lots.lot_means import compare_means
 from sigmatau.lab.lots.lot_outliers import outlier_remarks
 from sigmatau.lab.lots.lot_remark import Remark, remark
@@ -28,16 +28,22 @@ of a type differ by tens of per cent.
 
 _SAME_ON_AXES = math.log(1.5)  # largest difference of the scale between the axes of a sensor
 _SHORT = 0.8  # ratio to the usual length
-_OTHER_RATE = 0.02  # relative difference of sampling rates; clocks differ by less
 
 
 def compare_units(
-    units: Mapping[str, UnitResult], distributions: Distributions, *, judged: bool
-) -> dict[str, list[Remark]]:
-    """Remarks by unit. `judged`: whether there is a specification; outliers are then only notes."""
-    remarks: dict[str, list[Remark]] = {name: [] for name in units}
+    units: Mapping[str, UnitResult],
+    compared: Collection[str],
+    distributions: Distributions,
+    remarks: dict[str, list[Remark]],
+    *,
+    judged: bool,
+) -> None:
+    """Add remarks by unit. `compared`: the units under the same conditions, with their distributions. `judged`: whether
+    there is a specification; outliers are then only notes.
+    """
     units_with_channels = {name: unit for name, unit in units.items() if unit.channels}
     _same_data(units_with_channels, remarks)
+    units_with_channels = {name: unit for name, unit in units_with_channels.items() if name in compared}
     if len(units_with_channels) >= _MIN_UNITS:
         levels = _levels(units_with_channels, {band_.channel: band_ for band_ in distributions.bands})
         scaled = _other_scales(units_with_channels, levels, remarks)
@@ -52,7 +58,6 @@ def compare_units(
         for name, about in outlier_remarks(units_with_channels, distributions, judged=judged, scaled=scaled).items():
             remarks[name] += about
         _other_records(units_with_channels, remarks)
-    return remarks
 
 
 def _same_data(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]) -> None:
@@ -99,26 +104,15 @@ def _other_scales(
 
 
 def _other_records(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]) -> None:
-    """Units whose records are shorter, sampled at another rate, or of other channels than the rest of the lot."""
+    """Units whose records are shorter, or of other channels than the rest of the lot."""
     lengths = {name: max(part.duration for part in unit.channels.values()) for name, unit in units.items()}
     usual_length = float(np.median(list(lengths.values())))
     sets = Counter(tuple(sorted(unit.channels)) for unit in units.values())
     usual_set, count = sets.most_common(1)[0]
-    rates: dict[str, float] = {}
-    for channel in dict.fromkeys(channel for unit in units.values() for channel in unit.channels):
-        rates[channel] = float(
-            np.median([unit.channels[channel].rate for unit in units.values() if channel in unit.channels])
-        )
     for name, unit in units.items():
         if lengths[name] < _SHORT * usual_length:
             shorter = ShortRecord(ratio=lengths[name] / usual_length, length=lengths[name])
             remarks[name].append(remark(shorter, "data"))
-        differing = [
-            channel for channel, part in unit.channels.items() if abs(part.rate / rates[channel] - 1) > _OTHER_RATE
-        ]
-        if differing:
-            rate = OtherRate(rate=unit.channels[differing[0]].rate, rate_of_lot=rates[differing[0]])
-            remarks[name].append(remark(rate, "data", tuple(differing)))
         lacking = tuple(channel for channel in usual_set if channel not in unit.channels)
         extra = tuple(channel for channel in unit.channels if channel not in usual_set)
         if 2 * count > len(units) and (lacking or extra):

@@ -10,6 +10,7 @@ import numpy as np
 from sigmatau.digits import round_to_error, significant
 from sigmatau.hints import Hint, worded
 from sigmatau.lab.lots.capability import LEAST_UNITS_OF_CPK
+from sigmatau.lab.lots.lot_findings import MixedLot
 from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_statistics import Distribution
@@ -48,6 +49,7 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
         lines += _wrap_reason(f"{state.ljust(states)}  {name.ljust(names)}  ", reason, width)
     if len(rows_shown) > max_units:
         lines.append(f"… and {len(rows_shown) - max_units} more; see -v or the files of -o")
+    lines += _orientations(lot, width)
     lines += _only_described(lot, width)
     rows = pooled(lot)
     lines += _only_typical(lot, rows, width)
@@ -55,6 +57,13 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
         lines += ["", *table(rows, width=width)]
     lines += drift_lines(lot)
     return "\n".join(lines)
+
+
+def _orientations(lot: Lot, width: int) -> list[str]:
+    """The orientations of a lot of which none is usual, so that no unit is named."""
+    notes = (remark for unit in lot.units for remark in unit.remarks if remark.kind == "note")
+    mixed = next((remark for remark in notes if isinstance(remark.details, MixedLot)), None)
+    return [] if mixed is None else wrapped([f"{mixed.finding.message}."], width=width)
 
 
 def _only_described(lot: Lot, width: int) -> list[str]:

@@ -14,6 +14,7 @@ from sigmatau.errors import DataError
 from sigmatau.fitting import FittedTerm
 from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.verdict import Verdict
+from sigmatau.lab.lots.conditions import run_supply, run_temperature
 from sigmatau.lab.lots.dates import day_of_log
 from sigmatau.quality import reason_without_fits
 
@@ -106,6 +107,10 @@ class UnitResult:
         Whether there is no file at all.
     verdict : Verdict or None
         Comparison with the specification; None without a result or a specification.
+    temperature : float or None
+        Of its notes, or else the mean of the thermometer of the log. [degC]
+    supply : float or None
+        Supply voltage of its notes, of a channel of the log, or of its name. [V]
     """
 
     path: str = ""
@@ -118,6 +123,8 @@ class UnitResult:
     error: str = ""
     absent: bool = False
     verdict: Verdict | None = None
+    temperature: float | None = None
+    supply: float | None = None
 
 
 def without_result(error: str, *, path: str = "", absent: bool = False) -> UnitResult:
@@ -139,6 +146,8 @@ def summarize_unit(result: Analysis | FailedAnalysis) -> UnitResult:
         findings=result.findings,
         rest="" if result.rest is None else result.rest.verdict,
         reason="" if result.fits else reason_without_fits(result.rest),
+        temperature=run_temperature(result),
+        supply=run_supply(result),
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from sigmatau.analysis import as_result
 from sigmatau.errors import DataError, OptionError
+from sigmatau.lab.lots.conditions import SUPPLY, TEMPERATURE
 from sigmatau.lab.lots.reading import gather, read_runs
 from sigmatau.lab.lots.runs import ComparedRun, RunsBuilder, RunTable, joined
 
@@ -89,6 +90,28 @@ def without_copies(table: RunTable) -> tuple[ComparedRun, ...]:
         first_runs |= dict.fromkeys(keys, run)
         runs.append(run)
     return tuple(runs)
+
+
+def by_condition(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
+    """Add the temperature and the supply voltage to the unit of each run, if runs differ in them: bias and noise of a unit
+    at two temperatures are those of two units.
+    """
+    usable = [run for run in runs if not run.problem and not run.typed]
+    for factor, values in (
+        (TEMPERATURE, [run.temperature for run in usable]),
+        (SUPPLY, [run.supply for run in usable]),
+    ):
+        labels = dict(zip(map(id, usable), factor.groups(values), strict=True))
+        usable_now = []
+        result = []
+        for run in runs:
+            label = labels.get(id(run), "")
+            named = replace(run, serial=f"{run.serial} {label}".strip()) if label else run
+            result.append(named)
+            if id(run) in labels:
+                usable_now.append(named)
+        runs, usable = tuple(result), usable_now
+    return runs
 
 
 def with_places(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:

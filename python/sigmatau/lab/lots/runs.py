@@ -19,6 +19,7 @@ from sigmatau.analysis import FailedAnalysis, as_analysis
 from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
+from sigmatau.lab.lots.conditions import run_supply, run_temperature
 from sigmatau.quality import Mark, collect_marks, reason_without_fits
 from sigmatau.results import noted_unit
 
@@ -84,6 +85,10 @@ class ComparedRun:
         Why the result is not used; empty if it is used.
     typed : bool
         Whether it comes from a table that may have been typed, with few digits.
+    temperature : float or None
+        Of its notes, or else by the thermometer of the log. [degC]
+    supply : float or None
+        Supply voltage of its notes, or of the name of its log. [V]
     """
 
     name: str
@@ -94,6 +99,8 @@ class ComparedRun:
     marks: tuple[Mark, ...] = ()
     problem: str = ""
     typed: bool = False
+    temperature: float | None = None
+    supply: float | None = None
 
 
 @frozen(eq=False)
@@ -163,7 +170,15 @@ class RunsBuilder:
         except DataError as error:
             self.add_run(replace(run, problem=str(error)))
             return
-        position = self.add_run(replace(run, sha256=analysis.source.sha256, marks=collect_marks(analysis.fits)))
+        position = self.add_run(
+            replace(
+                run,
+                sha256=analysis.source.sha256,
+                marks=collect_marks(analysis.fits),
+                temperature=run_temperature(analysis),
+                supply=run_supply(analysis),
+            )
+        )
         for label, status, value, spread, limit, delta in rows:
             self.add_row(position, label, status, value=value, error=spread, limit=limit, delta=delta)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path, PurePath
@@ -12,6 +11,7 @@ from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
+from sigmatau.lab.lots.conditions import KELVIN, TEMPERATURE_NOTES, celsius
 from sigmatau.lab.lots.dates import DATE_NOTES, date_in_name, iso_date
 from sigmatau.lab.lots.runs import RUN_NOTES
 from sigmatau.lab.lots.unit_pattern import FOLDER, LOG_FOLDER, check_unit_pattern, unit_in_path
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 IN_NAME = "name"
 """Value of `Naming.date`: the first date in the path of the log."""
 
-_TEMPERATURE_NOTES = ("temperature", "temp")
-_TEMPERATURE = re.compile(r"([-+]?\d+(?:\.\d*)?) *(°C|degC|C|K)?", re.ASCII)
-_KELVIN = 273.15
 _HIGHEST = 1000.0  # temperature above which no inertial sensor works [degC]; a larger number is a slip
 
 
@@ -161,14 +158,14 @@ class Naming:
     def _temperature(self, notes: Mapping[str, str]) -> float | None:
         if self.temperature is not None:
             return self.temperature
-        for key in _TEMPERATURE_NOTES:
+        for key in TEMPERATURE_NOTES:
             if text := notes.get(key):
                 degrees = celsius(text)
                 if degrees is None:
                     raise DataError(
                         f"the note {key} {text!r:.40} is not a temperature like 25 degC; give {Hint('temperature')}"
                     )
-                if degrees < -_KELVIN:
+                if degrees < -KELVIN:
                     raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give {Hint('temperature')}")
                 return degrees
         return None
@@ -189,17 +186,11 @@ def stated_temperature(text: str | None) -> float | None:
 
 def check_range(degrees: float) -> None:
     """Raise `OptionError` for a temperature at which there are no sensors."""
-    if not -_KELVIN <= degrees <= _HIGHEST:
+    if not -KELVIN <= degrees <= _HIGHEST:
         raise OptionError(
-            f"{{option}} {degrees:g} °C is outside {-_KELVIN:g} to {_HIGHEST:g} °C; give it like 85degC or 358K",
+            f"{{option}} {degrees:g} °C is outside {-KELVIN:g} to {_HIGHEST:g} °C; give it like 85degC or 358K",
             option="temperature",
         )
-
-
-def celsius(text: str) -> float | None:
-    """Parse a temperature, 25, 25degC or 298K; None for another form. [degC]"""
-    match = _TEMPERATURE.fullmatch(text.strip())
-    return None if match is None else float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
 
 
 def _in_name(log: str) -> datetime:

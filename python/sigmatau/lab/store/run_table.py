@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.analysis import as_result
 from sigmatau.arrays import Floats
+from sigmatau.lab.lots.conditions import TEMPERATURE
 from sigmatau.lab.lots.preparing import without_copies
 from sigmatau.lab.lots.runs import (
     LIMITED,
@@ -28,7 +29,6 @@ from sigmatau.lab.lots.runs import (
     joined,
 )
 from sigmatau.lab.store.packing import NUMBERS, contents
-from sigmatau.lab.store.temperatures import temperature_groups
 from sigmatau.noise.terms import TERMS
 
 if TYPE_CHECKING:
@@ -63,15 +63,15 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
     ).all()
     rising = sorted(rows, key=lambda row: (row[5] == "fitted", row[0]))
     latest = {(serial, sha or key): key for key, serial, _, sha, *_ in rising}
-    groups = dict(zip((row[0] for row in rows), temperature_groups([row[6] for row in rows]), strict=True))
+    groups = dict(zip((row[0] for row in rows), TEMPERATURE.groups([row[6] for row in rows]), strict=True))
     usable = [row for row in rows if latest[row[1], row[3] or row[0]] == row[0]]
     fitted = [row for row in usable if row[5] == "fitted"]
     numbers = np.frombuffer(b"".join(row[4] for row in fitted), dtype=NUMBERS)
     counts = np.array([len(row[4]) // NUMBERS.itemsize for row in fitted], dtype=np.int64)
     table = _table(
         runs=tuple(
-            ComparedRun(name=name, serial=f"{serial} {groups[key]}".strip(), sha256=sha)
-            for key, serial, name, sha, *_ in fitted
+            ComparedRun(name=name, serial=f"{serial} {groups[key]}".strip(), sha256=sha, temperature=temperature)
+            for key, serial, name, sha, _, _, temperature in fitted
         ),
         labels={
             key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)

@@ -14,11 +14,11 @@ from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
+from sigmatau.lab.lots.conditions import TEMPERATURE
 from sigmatau.lab.lots.order_effect import LEAST_IN_ORDER, OrderEffect, fit_order
 from sigmatau.lab.lots.repeatability import check_level
 from sigmatau.lab.lots.robust_effect import estimate_effects
 from sigmatau.lab.lots.runs import SIGNED
-from sigmatau.lab.store.temperatures import temperature_groups
 from sigmatau.results import Tabular, plain
 
 Period = Literal["day", "week", "month", "quarter", "year"]
@@ -211,7 +211,7 @@ def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period =
     bounded = np.where(limited, np.array(rows["upper_limit"], dtype=np.float64), values)
     channels: dict[str, ChannelTrend] = {}
     orders: dict[str, _UnitSeries] = {}
-    groups = temperature_groups(rows.get("temperature", [None] * len(values)))
+    groups = TEMPERATURE.groups(rows.get("temperature", [None] * len(values)))
     kinds = list(zip(rows["channel"], rows["si"], groups, strict=True))
     distinct = {kind: k for k, kind in enumerate(dict.fromkeys(kinds))}
     which = np.array([distinct[kind] for kind in kinds], dtype=np.int64)

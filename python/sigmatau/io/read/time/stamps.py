@@ -27,6 +27,9 @@ from sigmatau.record.streams import InputKind
 
 _LARGEST_START = 1e8  # stamps beyond 3 years count from an epoch; whole seconds are subtracted [s]
 
+# Range of stamps that count from 1970: July 2017 to 2096. Seconds of GPS, which count from 1980, are below until 2027. [s]
+_EPOCH_FROM, _EPOCH_TO = 1.5e9, 4e9
+
 # relative difference up to which two rates count as equal: twice the resulting error of a random walk
 _EQUAL_RATES = 1e-3
 _NOMINAL_RATES = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # rates that datasheets state, times a power of ten [Hz]
@@ -69,6 +72,7 @@ class Timing:
     contradiction: RateContradiction | None = None  # The given rate and that of the log, if they contradict each other
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
+    begun: float | None = None  # Time of the first sample from 1970; None if the stamps do not count from it. [s]
 
     def laid(self, column: NDArray[Any]) -> NDArray[Any]:
         """Put a column of the table on this grid, with NaN in empty places. An unchanged array is returned as it is."""
@@ -121,7 +125,9 @@ def fit(
     rows = used.rows
     if grid.start > 0 or grid.stop < len(stamps):
         rows = (np.arange(len(stamps)) if rows is None else rows)[grid.start : grid.stop]
+    absolute = float(stamps[grid.start]) * second
     return Timing(
+        begun=absolute if has_unit and _EPOCH_FROM < absolute < _EPOCH_TO else None,
         rate=1.0 / tau0,
         second=second if has_unit else None,
         start=start,

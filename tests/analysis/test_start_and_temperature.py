@@ -9,14 +9,14 @@ from known import seed_of
 N = 2000
 
 
-def write(path, stamps, temperature=None):
+def write(path, stamps, temperature=None, *, time="time"):
     rng = np.random.default_rng(seed_of("start of a record"))
     rates = 1e-4 * rng.standard_normal(N)
-    head = "time,gyro_x [rad/s]" + (",temperature [degC]" if temperature is not None else "")
+    head = f"{time},gyro_x [rad/s]" + (",temperature [degC]" if temperature is not None else "")
     rows = [f"{stamp},{rate:.8g}" for stamp, rate in zip(stamps, rates, strict=True)]
     if temperature is not None:
         rows = [f"{row},{degrees:.6g}" for row, degrees in zip(rows, temperature, strict=True)]
-    path.write_text("\n".join([head, *rows]))
+    path.write_text("\n".join([head, *rows, ""]))
     return path
 
 
@@ -39,7 +39,7 @@ def test_start(stamps, tmp_path):
 @pytest.mark.parametrize("first", [0.0, 1.46e9])
 def test_a_clock_from_boot_or_of_gps_has_no_date(first, tmp_path):
     """Seconds of GPS count from 1980: read from 1970 they would be ten years ago."""
-    analysis = st.analyze(write(tmp_path / "x.csv", [f"{first + 0.1 * k:.1f}" for k in range(N)]))
+    analysis = st.analyze(write(tmp_path / "x.csv", [f"{first + 0.1 * k:.1f}" for k in range(N)], time="time [s]"))
     assert analysis.source.started is None
 
 

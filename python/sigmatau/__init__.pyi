@@ -35,6 +35,7 @@ from .lab.lots.lot import judge_lot
 from .lab.lots.lot_result import Lot
 from .lab.lots.repeatability import RandomEffects, random_effects
 from .lab.lots.turn_on import measure_turn_on
+from .lab.pages.certify import certify
 from .lab.pages.lot_report import lot_report
 from .lab.store.store import Store
 from .model.channel import ChannelModel
@@ -113,6 +114,7 @@ __all__ = [
     "arma",
     "avar_from_psd",
     "bandwidth",
+    "certify",
     "check",
     "compare_runs",
     "compare_with",

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from threading import Thread
-from typing import Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from cyclopts import Parameter
 
@@ -53,6 +53,9 @@ from sigmatau.quality.clocks import compare_clocks
 from sigmatau.record.record import channel_quantities, stream_name
 from sigmatau.typed.config import parse_notes
 
+if TYPE_CHECKING:
+    from sigmatau.reporting.certificate_file import CertificateFile
+
 # largest number of lines of findings, which fill a screen of 24 lines with the table of six axes, the hints and a prompt
 _MOST_LINES = 10
 
@@ -62,6 +65,7 @@ def analyze_command(
     reading: ReadingOptions | None = None,
     settings: AnalysisSettings | None = None,
     report: Annotated[Path | None, InMain] = None,
+    certificate: Annotated[Path | None, InOutput] = None,
     config: Annotated[Path | None, InMain] = None,
     note: Annotated[list[str] | None, Texts, InOutput] = None,
     plot: Annotated[Path | None, InMain] = None,
@@ -90,6 +94,9 @@ def analyze_command(
     report
         Write a report with curves, coefficients, findings and processing steps: .html opens offline, .pdf is for
         printing; for several logs, a folder for one .html each.
+    certificate
+        Facts for page 1 of the report of one log, which a laboratory signs by ISO/IEC 17025: laboratory, customer,
+        instrument, method, decision rule, from a TOML file. Default: no such page.
     config
         Options from a TOML file, such as sigmatau app saves: rate = 100, window = "0s:2h"; and log = "static.csv" if no log
         is named here. Options that are typed replace those of the file. Default: none.
@@ -144,7 +151,14 @@ def analyze_command(
     check_style(style, plot or overlay, stability)
     check_output(overlay, ENDINGS["overlay"], "overlay")
     outputs = Outputs(
-        report=report, notes=chosen["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
+        report=report,
+        notes=chosen["notes"],
+        plot=plot,
+        stability=stability,
+        json=json,
+        csv=csv,
+        style=style,
+        certificate=None if certificate is None else _certificate(certificate, report, several=joint or joint_axes),
     )
     if common is not None and not (joint or joint_axes):
         raise OptionError("--common needs --joint", option="common")
@@ -177,6 +191,8 @@ def analyze_command(
         exports.check_reading(reading)
         span = None if slope is None else slope_range(slope)
         return _analyze_log(logs[0], reading, chosen, outputs, exports, span, verbose=verbose, quiet=quiet)
+    if certificate is not None:
+        raise OptionError("--certificate is for one log; run the command once for each", option="certificate")
     if slope is not None:
         raise OptionError("--slope takes one log; run the command once for each", option="slope")
     if exports.files:
@@ -187,6 +203,17 @@ def analyze_command(
     return _analyze_logs(
         logs, reading, chosen, outputs, overlay=overlay, jobs=jobs, show=show, verbose=verbose, quiet=quiet
     )
+
+
+def _certificate(file: Path, report: Path | None, *, several: bool) -> CertificateFile:
+    """Read the facts of a certificate, before a long analysis."""
+    if report is None:
+        raise OptionError("--certificate needs --report r.pdf or --report r.html", option="certificate")
+    if several:
+        raise OptionError("--certificate is for one log, without --joint and --joint-axes", option="certificate")
+    from sigmatau.reporting.certificate_file import read_certificate
+
+    return read_certificate(file)
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from sigmatau.analysis import Analysis
 from sigmatau.cli.attempts import Attempts
@@ -14,6 +14,10 @@ from sigmatau.cli.earlier import curves_path
 from sigmatau.cli.options import check_outputs, command_line, drawing, working, write_csv, write_figure, write_json
 from sigmatau.record.record import Record
 from sigmatau.reporting.report import report as write_report
+
+if TYPE_CHECKING:
+    from sigmatau.reporting.certificate import Certificate
+    from sigmatau.reporting.certificate_file import CertificateFile
 
 NOT_AT_REST = 5
 """Exit code if the sensor is not at rest, or the record is too short to tell."""
@@ -33,6 +37,7 @@ class Outputs:
     json: Path | None
     csv: Path | None
     style: Literal["screen", "paper"]
+    certificate: CertificateFile | None = None
 
     @property
     def paths(self) -> dict[str, Path]:
@@ -74,13 +79,28 @@ class Outputs:
                 write_json(content(), files["json"])
         if "report" in files:
             with attempts.attempt(), working(f"writing {self.report}", quiet=quiet):
-                write_report(analysis, files["report"], record=record, notes=self.notes, command=command_line())
+                write_report(
+                    analysis,
+                    files["report"],
+                    record=record,
+                    notes=self.notes,
+                    command=command_line(),
+                    certificate=self._page(analysis),
+                )
         if "plot" in files:
             with attempts.attempt(), drawing(files["plot"], self.style, quiet=quiet):
                 write_figure(analysis.plot(style=self.style), files["plot"])
         if "stability" in files and analysis.stability:
             with attempts.attempt(), drawing(files["stability"], self.style, quiet=quiet):
                 write_figure(analysis.plot_stability(), files["stability"])
+
+    def _page(self, analysis: Analysis) -> Certificate | None:
+        """Page 1 of the report, if there is a certificate."""
+        if self.certificate is None:
+            return None
+        from sigmatau.lab.pages.certify import certify
+
+        return certify(analysis, self.certificate)
 
 
 def worst_code(codes: Collection[int]) -> int:

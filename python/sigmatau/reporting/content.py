@@ -24,8 +24,9 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.mask import only_used
-from sigmatau.record.record import QUANTITIES, Record
+from sigmatau.record.record import QUANTITIES, Record, TemperatureRange
 from sigmatau.record.sampling import sampling_text
+from sigmatau.reporting.certificate import Certificate
 from sigmatau.reporting.charts import LONGEST, collect_charts
 from sigmatau.results import duration_text, noted_unit, printable, seconds
 
@@ -86,6 +87,8 @@ class Content:
     files: tuple[FilterFile, ...]
     no_files: str  # why there are no files
     charts: Mapping[str, Any]  # plain values, see `sigmatau.reporting.charts`
+    recorded: str = ""  # start of the record by the clock of the log; empty if it has no date
+    certificate: Certificate | None = None  # page 1, which a laboratory signs
 
 
 def collect_content(
@@ -96,6 +99,7 @@ def collect_content(
     command: str | None = None,
     date: datetime | None = None,
     targets: Iterable[str] | None = None,
+    certificate: Certificate | None = None,
 ) -> Content:
     """Collect the content of a report.
 
@@ -112,6 +116,8 @@ def collect_content(
         Of the report. Default: now.
     targets : iterable of str, optional
         Filters and simulators whose files it has. Default: all for which the result suffices.
+    certificate : Certificate, optional
+        Page 1.
     """
     moment = datetime.now(tz=UTC) if date is None else date
     used = None
@@ -120,7 +126,7 @@ def collect_content(
         used = _used(analysis, record)
     files, no_files = filter_files(analysis, targets)
     return Content(
-        title=printable(noted_unit(notes or {}) or _file_name(analysis)),
+        title=printable(noted_unit(notes or {}) or (_file_name(analysis) if certificate is None else certificate.item)),
         file_name=printable(_file_name(analysis)),
         headline=analysis.headline(name=False, rest=False),
         verdict=_verdict(analysis),
@@ -136,6 +142,8 @@ def collect_content(
         files=files,
         no_files=no_files,
         charts=collect_charts(analysis, record, used),
+        recorded=(analysis.source.started or "").replace("T", " "),
+        certificate=certificate,
     )
 
 
@@ -247,6 +255,8 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         ("File", source.path or ""),
         ("SHA-256", source.sha256 or ""),
         ("Format", source.format),
+        ("Recorded from", f"{source.started.replace('T', ' ')}, by the clock of the log" if source.started else ""),
+        ("Temperature", _temperature_text(source.temperature)),
         ("Rows", str(source.rows) if source.rows else ""),
         ("Topics", ", ".join(source.topics)),
         ("Conversions", "; ".join(source.conversions)),
@@ -260,6 +270,13 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         ("Command", command or ""),
         ("Versions", f"sigmatau {__version__}, Python {platform.python_version()}, NumPy {np.__version__}"),
     ]
+
+
+def _temperature_text(temperature: TemperatureRange | None) -> str:
+    """The temperature by the thermometer of the log; empty without one."""
+    if temperature is None:
+        return ""
+    return f"{temperature.mean:.1f} °C, {temperature.low:.1f} to {temperature.high:.1f} °C, by the log"
 
 
 def level_text(analysis: Analysis) -> str:

@@ -10,8 +10,9 @@ from typing import Any
 
 from sigmatau.digits import two_digits
 from sigmatau.fitting.overview import MainCoefficient
+from sigmatau.reporting.certificate_html import certificate_section
 from sigmatau.reporting.content import Coefficients, Content, FindingText
-from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
+from sigmatau.reporting.markup import Markup, css_string, data, element, joined, name, prose, raised, script, style
 from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust, length_text
 
 Section = tuple[str, str, Markup]
@@ -28,6 +29,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inl
 def page(content: Content) -> str:
     """The report as HTML."""
     sections = [
+        *certificate_sections(content),
         section("summary", "Summary", _summary(content)),
         *_charts(content),
         section("coefficients", "Coefficients", _coefficients(content)),
@@ -41,9 +43,27 @@ def page(content: Content) -> str:
         header=_head(content),
         sections=sections,
         charts=content.charts,
-        styles=asset("report.css"),
+        styles=asset("report.css") + _margins(content),
         scripts=[asset(f"{module}.js") for module in _SCRIPTS],
     )
+
+
+def _margins(content: Content) -> str:
+    """The margins of printed pages: number of the report, and what ± means; the style sheet has the page number."""
+    level = f"± and [low, high] of results: {content.level} intervals" if content.level else ""
+    number = content.title if content.certificate is None else content.certificate.number
+    texts = {"left": number, "center": level}
+    boxes = (
+        f"@bottom-{place} {{ content: {css_string(text)}; font: 8pt sans-serif; }}" for place, text in texts.items()
+    )
+    return f"@page {{ {' '.join(boxes)} }}"
+
+
+def certificate_sections(content: Content) -> list[Section]:
+    """Page 1, if the report has a certificate."""
+    if content.certificate is None:
+        return []
+    return [("certificate", content.certificate.title, certificate_section(content.certificate))]
 
 
 def frame(
@@ -79,7 +99,7 @@ def frame(
             element("noscript", element("p", "The charts need JavaScript; all numbers are in the tables.")),
             (body for _, _, body in sections),
         ),
-        element("footer", f"Made by {made_by} on {date}. This file needs no network."),
+        element("footer", f"Analysed by {made_by} on {date}. This file needs no network."),
         data(charts, id_="charts"),
         script(_bundled(scripts)),
     )
@@ -114,9 +134,16 @@ def _head(content: Content) -> Markup:
         element("p", "Sensor noise report", [" of ", name(content.file_name)] if has_unit else [], class_="kind"),
         element("h1", name(content.title)),
         element("p", element("span", content.headline), chip, class_="headline"),
+        _recorded(content),
         _notes(content),
         theme,
     )
+
+
+def _recorded(content: Content) -> Markup:
+    """When the record was made and when it was analysed, which are two dates."""
+    recorded = f"Recorded {content.recorded[:16]}, by the clock of the log. " if content.recorded else ""
+    return element("p", f"{recorded}Analysed {content.date}.", class_="dates")
 
 
 def _notes(content: Content) -> Markup:

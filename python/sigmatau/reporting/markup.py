@@ -15,7 +15,7 @@ class Markup(str):
 
 
 _EXPONENT = re.compile(r"(?<=[a-zA-Z)])\^(\{[^}]{1,5}\}|[-−]?\d(?:\.\d+)?)")
-_VOID = ("meta", "link", "br", "hr", "input")
+_VOID = ("meta", "link", "br", "hr", "img", "input")
 
 
 def element(name: str, /, *children: str | Iterable[str], **attributes: str | bool) -> Markup:
@@ -57,6 +57,18 @@ def prose(text: str) -> Markup:
 def name(text: str) -> Markup:
     """Isolate a name from a file, so that it does not change the text direction around it."""
     return element("bdi", text)
+
+
+def css_string(text: str) -> str:
+    r"""A text as a string of a style sheet, which no character in it can end.
+
+    Examples
+    --------
+    >>> css_string('95 % "')
+    '"95 \\25  \\22 "'
+    """
+    plain = (c if c.isalnum() or c in " .-_" else f"\\{ord(c):x} " for c in text)
+    return f'"{"".join(plain)}"'
 
 
 def data(content: object, *, id_: str) -> Markup:

@@ -23,6 +23,8 @@ from sigmatau.plot import printed
 from sigmatau.plot.curves import COLOURS
 from sigmatau.plot.stability import colour_limit
 from sigmatau.plot.svg import power
+from sigmatau.reporting.certificate import Certificate
+from sigmatau.reporting.certificate_html import MARKS
 from sigmatau.reporting.charts import unpacked
 from sigmatau.reporting.content import Coefficients, Content, FindingText
 from sigmatau.reporting.words import SEVERITIES, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust, length_text
@@ -80,7 +82,10 @@ def _values(content: Content) -> dict[str, Any]:
     """Plain values for the template."""
     return {
         "title": _cut(content.title, _MOST_TITLE),
-        "foot": _cut(content.title, _MOST_NAME),
+        "foot": _cut(content.title if content.certificate is None else content.certificate.number, _MOST_NAME),
+        "level": content.level,
+        "recorded": content.recorded[:16],
+        "certificate": None if content.certificate is None else _certificate(content.certificate),
         "file": _cut(content.file_name, _MOST_TITLE) if content.file_name != content.title else "",
         "headline": _cut(content.headline, _MOST_MESSAGE),
         "verdict": VERDICTS.get(content.verdict, ("", "")),
@@ -99,6 +104,35 @@ def _values(content: Content) -> dict[str, Any]:
         "done": [(_cut(printable(name), 2 * _MOST_NAME), _cut(text, _MOST_FACT)) for name, text in content.done],
         "files": [{"name": f"{item.target}.txt", "text": item.text} for item in content.files],
         "no_files": content.no_files,
+    }
+
+
+def _certificate(certificate: Certificate) -> dict[str, Any]:
+    """Page 1 as plain values; the logo as its bytes."""
+    logo = certificate.logo
+    return {
+        "title": certificate.title,
+        "number": _cut(certificate.number, _MOST_NAME),
+        "laboratory": list(certificate.laboratory),
+        "logo": None if logo is None else {"kind": logo.kind, "bytes": list(logo.content)},
+        "facts": [
+            [title, [[label, _cut(text, _MOST_FACT)] for label, text in rows]] for title, rows in certificate.facts
+        ],
+        "statements": [list(statement) for statement in certificate.statements],
+        "limits": [
+            {
+                "axis": _name(row.axis),
+                "what": row.what,
+                "measured": _numbers(row.measured),
+                "maximum": _numbers(row.maximum),
+                "outcome": row.outcome,
+                "kind": MARKS[row.outcome],
+                "consumer": row.consumer,
+                "producer": row.producer,
+            }
+            for row in certificate.limits
+        ],
+        "signatures": [list(signature) for signature in certificate.signatures],
     }
 
 

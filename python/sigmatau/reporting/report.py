@@ -13,6 +13,7 @@ from sigmatau.io.atomic import atomic
 if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
     from sigmatau.record.record import Record
+    from sigmatau.reporting.certificate import Certificate
 
 ENDINGS = (".html", ".pdf")
 """Extensions of a report."""
@@ -26,6 +27,7 @@ def report(
     notes: Mapping[str, str] | None = None,
     command: str | None = None,
     date: datetime | None = None,
+    certificate: Certificate | None = None,
 ) -> None:
     """Write the report of an analysis: one file that opens offline and can be printed.
 
@@ -47,7 +49,9 @@ def report(
     command : str, optional
         Command that made the report, to be printed in it.
     date : datetime, optional
-        Date of the report. Default: now.
+        Date of the analysis. Default: now.
+    certificate : Certificate, optional
+        Page 1 for the signature of a laboratory, see `sigmatau.certify`. Default: none.
 
     Raises
     ------
@@ -77,7 +81,7 @@ def report(
         raise OptionError(f"{{option}} {file.name!r}: the name must end in {' or '.join(ENDINGS)}", option="path")
     from sigmatau.reporting.content import collect_content
 
-    content = collect_content(analysis, record, notes=notes, command=command, date=date)
+    content = collect_content(analysis, record, notes=notes, command=command, date=date, certificate=certificate)
     if file.suffix.lower() == ".html":
         from sigmatau.reporting.html import page
 

@@ -1,0 +1,155 @@
+"""`certify`: the first page of a report that a laboratory signs, with decisions by a named rule and their risks."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, cast, get_args
+
+from sigmatau import Analysis
+from sigmatau.digits import limit_text, round_to_error, two_digits
+from sigmatau.errors import DataError
+from sigmatau.lab.datasheets.compare import compare_with
+from sigmatau.lab.datasheets.decision import RULE_WORDS, LimitDecision, Outcome, Rule, decisions
+from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.reporting.certificate import Certificate, LimitRow, fill_certificate
+from sigmatau.reporting.certificate_file import CertificateFile, read_certificate
+from sigmatau.results import printable
+
+_MOST_LIMITS = 24  # largest number of limits on the first page
+_NEGLIGIBLE = 1e-4  # smallest risk that is printed as a number
+
+
+def certify(
+    analysis: Analysis, certificate: str | Path | CertificateFile, *, date: datetime | None = None
+) -> Certificate:
+    """The first page of a report by ISO/IEC 17025: who measured what, when, how, how sure, and by which decision rule.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        A result with fits.
+    certificate : str, Path or CertificateFile
+        A TOML file with the facts that no log states; docs/how-to/certificate.md has an example with all keys.
+    date : datetime, optional
+        Date of issue, if the file states none. Default: now.
+
+    Returns
+    -------
+    Certificate
+        To be given to `sigmatau.report`.
+
+    Raises
+    ------
+    DataError
+        If the file lacks a key, has an unknown one or an invalid value, contradicts the date of the log, or if the result
+        has no fits.
+
+    See Also
+    --------
+    report : writes it as page 1.
+    compare_with : the comparison with the specification.
+
+    References
+    ----------
+    ISO/IEC 17025:2017, 7.8; ISO 14253-1:2017; JCGM 106:2012.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> analysis = st.analyze(st.simulate(model, duration=600, rate=100, rng=1))
+    >>> page = st.certify(analysis, "lab.toml")  # doctest: +SKIP
+    >>> st.report(analysis, "certificate.pdf", certificate=page)  # doctest: +SKIP
+    """
+    file = certificate if isinstance(certificate, CertificateFile) else read_certificate(certificate)
+    moment = datetime.now(tz=UTC) if date is None else date
+    decision: list[tuple[str, str]] = []
+    limits: list[LimitRow] = []
+    if "decision" in file.texts:
+        rule = _rule(file)
+        sheet = find_datasheet(_specification(file))
+        conventions: dict[str, Any] = {name: file.text("decision", name) or None for name in ("sided", "bias")}
+        verdict = compare_with(analysis, sheet, factor=file.factor, **conventions)
+        made = decisions(verdict, rule)
+        if not made:
+            raise DataError(f"{sheet.name} has no maximum of a measured value; state one, or decision.factor").about(
+                str(file.path)
+            )
+        decision.append(("Statement of conformity", _conformity(made, verdict.missing, sheet.name)))
+        decision.append(("Decision rule", f"{RULE_WORDS[rule]} {_RISKS}"))
+        limits = [_row(each) for each in sorted(made, key=_badness)][:_MOST_LIMITS]
+        if len(made) > _MOST_LIMITS:
+            decision.append(
+                ("Limits", f"{len(made) - _MOST_LIMITS} more limits are not listed; the listed ones are the worst.")
+            )
+    return fill_certificate(file, analysis, issued=f"{moment:%Y-%m-%d}", decision=decision, limits=limits)
+
+
+_RISKS = (
+    "Consumer's risk: probability that the true value is above the maximum if it is accepted; producer's risk: that it is"
+    " not above if it is rejected (JCGM 106:2012, specific risks, flat prior)."
+)
+
+
+def _rule(file: CertificateFile) -> Rule:
+    text = file.text("decision", "rule").lower().replace("-", " ")
+    if text not in get_args(Rule):
+        listed = " or ".join(repr(rule) for rule in get_args(Rule))
+        raise DataError(f"decision.rule {text!r:.40} must be {listed}").about(str(file.path))
+    return cast(Rule, text)
+
+
+def _specification(file: CertificateFile) -> str:
+    """The specification: a file beside the certificate, or a name of the library."""
+    text = file.text("decision", "specification")
+    path = file.path.parent / text
+    return str(path) if path.is_file() else text
+
+
+def _badness(decision: LimitDecision) -> tuple[int, float]:
+    order = {"does not conform": 0, "not decided": 1, "conforms": 2}
+    return order[decision.outcome], -(decision.consumer_risk or 0.0)
+
+
+def _conformity(made: Sequence[LimitDecision], missing: Sequence[str], name: str) -> str:
+    """The statement of conformity: all values conform, or the numbers of those that do not."""
+    counts = Counter(each.outcome for each in made)
+    lacking = f" Not measured, and not decided: {', '.join(map(printable, missing))}." if missing else ""
+    if counts["conforms"] == len(made):
+        return f"All {len(made)} judged values conform to {name}.{lacking}"
+    words: dict[Outcome, tuple[str, str]] = {
+        "does not conform": ("does not conform", "do not conform"),
+        "not decided": ("is not decided", "are not decided"),
+        "conforms": ("conforms", "conform"),
+    }
+    parts = [f"{counts[key]} {verbs[counts[key] > 1]}" for key, verbs in words.items() if counts[key]]
+    return f"Of {len(made)} judged values against {name}: {', '.join(parts)}.{lacking}"
+
+
+def _row(decision: LimitDecision) -> LimitRow:
+    risk = decision.consumer_risk
+    if decision.value is None:
+        measured = "not measured" if decision.high is None else f"{limit_text(decision.high)} {decision.unit}"
+    else:
+        measured = round_to_error(decision.value, decision.low, decision.high).with_unit(decision.unit)
+    accepted, rejected = decision.outcome == "conforms", decision.outcome == "does not conform"
+    return LimitRow(
+        axis=decision.channel,
+        what=decision.what,
+        measured=measured,
+        maximum=f"{decision.maximum:.4g} {decision.unit}",
+        outcome=decision.outcome,
+        consumer="–" if risk is None or rejected else _percent(risk, at_most=decision.at_most),
+        producer="–" if risk is None or accepted else _percent(1 - risk),
+    )
+
+
+def _percent(probability: float, *, at_most: bool = False) -> str:
+    if probability < _NEGLIGIBLE:
+        return f"< {100 * _NEGLIGIBLE:g} %"
+    if probability > 1 - _NEGLIGIBLE:
+        return f"> {100 * (1 - _NEGLIGIBLE):g} %"
+    return f"{'≤ ' if at_most else ''}{two_digits(100 * probability)} %"

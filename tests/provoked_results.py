@@ -171,6 +171,7 @@ PROVOKED = {
         ),
         st.DataError: (lambda: st.judge_lot([analysis()], "missing.toml"),),
     },
+    "certify": {st.DataError: (lambda: st.certify(analysis(), "missing.toml"),)},
     "lot_report": {
         st.OptionError: (lambda: st.lot_report(lot(), "lot.doc"),),
         st.DataError: (lambda: st.lot_report(lot(), "missing/lot.json"),),

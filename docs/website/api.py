@@ -114,7 +114,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "Several runs of a unit, and many units.",
         ("compare_runs", "RunComparison", "random_effects", "RandomEffects", "measure_turn_on", "judge_lot", "Lot"),
     ),
-    ("Reports", "One page with everything, to read offline, print and hand on.", ("report", "lot_report")),
+    ("Reports", "One page with everything, to read offline, print and hand on.", ("report", "certify", "lot_report")),
     ("Store", "Results in a database.", ("Store",)),
     (
         "Errors",

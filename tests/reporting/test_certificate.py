@@ -14,7 +14,7 @@ import sigmatau as st
 from known import seed_of
 from reporting.pdf_text import pages_of
 from sigmatau.cli import main
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError
 from sigmatau.record.record import TemperatureRange
 from sigmatau.reporting import pdf
 from sigmatau.reporting.certificate_file import FIELDS, read_certificate
@@ -118,7 +118,9 @@ class TestFile:
             ("^date = 2026-05-07", 'date = "May"', "measurement.date 'May' must be a date"),
             ("^place = .*", "place = 3", "measurement.place must be a text in quotes"),
             ("^place = .*", f'place = "{"x" * 601}"', "at most 600 characters"),
+            ('^sided = "one"', 'sided = "three"', "decision.sided 'three' must be 'one' or 'two'"),
             ("^factor = 1.5", "factor = true", "decision.factor True must be a number"),
+            ("^factor = 1.5", "factor = 0.5", "decision.factor 0.5 must be a number from 1"),
             (*without("traceability"), "lacks method.traceability"),
             ("^\\[customer\\]", "[customer", "not TOML"),
             ('^logo = "logo.svg"', 'logo = "absent.png"', "No such file"),
@@ -230,7 +232,7 @@ class TestDecision:
         assert [heading for heading, _ in made.statements] == ["Uncertainty", "Scope", "Remarks"]
 
     def test_unknown_specification(self, analysis, lab):
-        with pytest.raises(OptionError):
+        with pytest.raises(DataError, match="neither a file beside it nor in"):
             st.certify(analysis, lab(('^specification = "spec.toml"', 'specification = "absent"')))
 
 

@@ -20,6 +20,7 @@ from sigmatau.results import printable
 
 _LARGEST = 1 << 16  # of the file [bytes]
 _LONGEST = 600  # of a text [characters]
+_LARGEST_FACTOR = 1e6  # from a typical value to a maximum [1]
 CALIBRATION, TEST = "calibration certificate", "test report"
 """Kinds of a report."""
 
@@ -34,11 +35,14 @@ class Field:
         What the page calls it.
     required : bool
     kind : {"text", "date", "number"}
+    choices : tuple of str
+        Allowed texts; all if empty.
     """
 
     label: str
     required: bool = False
     kind: Literal["text", "date", "number"] = "text"
+    choices: tuple[str, ...] = ()
 
 
 FIELDS: Mapping[str, Mapping[str, Field]] = {
@@ -78,7 +82,7 @@ FIELDS: Mapping[str, Mapping[str, Field]] = {
     },
     "report": {
         "number": Field(label="Number", required=True),
-        "kind": Field(label="Kind"),
+        "kind": Field(label="Kind", choices=(TEST, CALIBRATION)),
         "issued": Field(label="Issued", kind="date"),
         "operator": Field(label="Measured by", required=True),
         "reviewer": Field(label="Reviewed by", required=True),
@@ -87,8 +91,8 @@ FIELDS: Mapping[str, Mapping[str, Field]] = {
     "decision": {
         "rule": Field(label="Rule", required=True),
         "specification": Field(label="Specification", required=True),
-        "sided": Field(label="Convention of densities"),
-        "bias": Field(label="Convention of bias instabilities"),
+        "sided": Field(label="Convention of densities", choices=("one", "two")),
+        "bias": Field(label="Convention of bias instabilities", choices=("minimum", "coefficient")),
         "factor": Field(label="Factor", kind="number"),
     },
 }
@@ -159,14 +163,16 @@ def read_certificate(path: str | Path) -> CertificateFile:
         for table, values in content.items()
     }
     kind = texts["report"].get("kind", TEST)
-    if kind.lower() not in (TEST, CALIBRATION):
-        raise DataError(f"report.kind {kind!r:.40} must be {TEST!r} or {CALIBRATION!r}").about(str(file))
     if kind.lower() == CALIBRATION and not texts["method"].get("traceability"):
         raise DataError("lacks method.traceability; a calibration certificate states it").about(str(file))
     logo = texts["laboratory"].get("logo")
     factor = content.get("decision", {}).get("factor")
-    if factor is not None and (isinstance(factor, bool) or not isinstance(factor, int | float)):
-        raise DataError(f"decision.factor {factor!r:.40} must be a number").about(str(file))
+    if factor is not None and (
+        isinstance(factor, bool) or not isinstance(factor, int | float) or not 1 <= factor <= _LARGEST_FACTOR
+    ):
+        raise DataError(f"decision.factor {factor!r:.40} must be a number from 1 to {_LARGEST_FACTOR:g}").about(
+            str(file)
+        )
     return CertificateFile(
         path=file,
         texts=texts,
@@ -231,4 +237,8 @@ def _text(table: str, name: str, value: object, file: Path) -> str:
         raise DataError(f"{table}.{name} {value!r:.40} must be a date, {name} = 2026-05-07").about(str(file))
     if not isinstance(value, str) or len(value) > _LONGEST:
         raise DataError(f"{table}.{name} must be a text in quotes, at most {_LONGEST} characters").about(str(file))
-    return printable(value.strip().replace("\n", ", "))
+    text = printable(value.strip().replace("\n", ", "))
+    if about.choices and text.lower() not in about.choices:
+        listed = " or ".join(map(repr, about.choices))
+        raise DataError(f"{table}.{name} {text!r:.40} must be {listed}").about(str(file))
+    return text

@@ -31,7 +31,7 @@ def check_unit_pattern(text: str | None, words: tuple[str, ...] = (FOLDER, LOG_F
     >>> check_unit_pattern("(a+)+$")
     Traceback (most recent call last):
     ...
-    sigmatau.errors.OptionError: unit_from '(a+)+$' repeats a repetition, which may take hours; write (a+) once
+    sigmatau.errors.OptionError: `unit_from` '(a+)+$' repeats a repetition, which may take hours; write (a+) once
     """
     if text is None or text in words:
         return

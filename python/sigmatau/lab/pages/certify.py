@@ -10,9 +10,10 @@ from typing import Any, cast, get_args
 
 from sigmatau import Analysis
 from sigmatau.digits import limit_text, round_to_error, two_digits
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.datasheets.compare import compare_with
 from sigmatau.lab.datasheets.decision import RULE_WORDS, LimitDecision, Outcome, Rule, decisions
+from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.reporting.certificate import Certificate, LimitRow, fill_certificate
 from sigmatau.reporting.certificate_file import CertificateFile, read_certificate
@@ -70,8 +71,8 @@ def certify(
     limits: list[LimitRow] = []
     if "decision" in file.texts:
         rule = _rule(file)
-        sheet = find_datasheet(_specification(file))
-        conventions: dict[str, Any] = {name: file.text("decision", name) or None for name in ("sided", "bias")}
+        sheet = _specification(file)
+        conventions: dict[str, Any] = {name: file.text("decision", name).lower() or None for name in ("sided", "bias")}
         verdict = compare_with(analysis, sheet, factor=file.factor, **conventions)
         made = decisions(verdict, rule)
         if not made:
@@ -102,11 +103,16 @@ def _rule(file: CertificateFile) -> Rule:
     return cast(Rule, text)
 
 
-def _specification(file: CertificateFile) -> str:
+def _specification(file: CertificateFile) -> Datasheet:
     """The specification: a file beside the certificate, or a name of the library."""
     text = file.text("decision", "specification")
     path = file.path.parent / text
-    return str(path) if path.is_file() else text
+    try:
+        return find_datasheet(path if path.is_file() else text)
+    except OptionError:  # the name is in a file, not in an option
+        raise DataError(
+            f"decision.specification {text!r:.40} is neither a file beside it nor in 'sigmatau datasheet list'"
+        ).about(str(file.path)) from None
 
 
 def _badness(decision: LimitDecision) -> tuple[int, float]:

@@ -70,6 +70,12 @@ class TestEveryCommand:
         assert code == {"analyze": 1, "lot": 4, "fleet": 1}[command]
         assert "SN5.csv" in out + err
 
+    def test_a_damaged_log_fails(self, command, folder, capsys):
+        (folder / "SN6.npy").write_bytes(b"\x93NUMPY bad")
+        code, out, err = run(command, capsys)
+        assert code == {"analyze": 1, "lot": 4, "fleet": 1}[command]
+        assert "SN6.npy" in out + err
+
     def test_nothing_but_foreign_files(self, command, folder, capsys):
         for name in UNITS:
             (folder / name).unlink()

@@ -19,8 +19,10 @@ from sigmatau.results import printable
 _PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
 _SQLITE, _BAG = b"SQLite format 3\0", ".db3"  # databases are stores of results, unless they are bags
 _SQLITE_ENDS = ("-wal", "-shm", "-journal")  # of files beside an open database
-# suffixes of tables: such a file counts as a log even without numbers, so that it fails and is not skipped like prose
-_TABLES = (".csv", ".tsv", ".dat", ".gz")
+# Suffixes of tables and of binary logs: such a file counts as a log even if it is damaged or has no numbers, so that it
+# fails and is not skipped like prose.
+_TABLES = (".csv", ".tsv", ".dat", ".gz", ".xlsx", ".lvm")
+_BINARY = (".npy", ".npz", ".mat", ".h5", ".hdf5", ".parquet", ".arrow", ".tdms", ".bag", ".mcap", ".ulg", ".bin")
 _HEAD = 1 << 16  # number of bytes that are read to decide whether a file is a log
 _LISTED = 10  # largest number of skipped files that are named
 
@@ -73,7 +75,7 @@ def is_log(file: Path) -> bool:
         return True  # the reader reports that it is empty
     if head.startswith(_PICTURES) or (head.startswith(_SQLITE) and suffix != _BAG) or is_result(file):
         return False
-    if suffix in _TABLES or b"\0" in head:
+    if suffix in (*_TABLES, *_BINARY) or b"\0" in head:
         return True
     # A log has a line of mostly digits in its first 64 KiB; prose has none.
     return any(3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0 for line in head.splitlines())

@@ -52,6 +52,7 @@ def walk(tab: Page) -> None:
     tab.locator("#command", has_text="--window").wait_for()
     tab.locator("#part-left-out", has_text="the window").wait_for()
     tab.locator("#step-compare").click()
+    tab.get_by_text("Datasheets", exact=True).click()
     tab.get_by_role("combobox", name="Datasheet").select_option("hg1700")
     tab.get_by_role("button", name="Add the datasheet").click()
     tab.get_by_role("region", name="Differences").wait_for()

@@ -64,16 +64,19 @@ def test_by_mouse(opened, lab):
     # Is it the same as last year? The difference of every coefficient has an interval.
     difference = tab.get_by_role("region", name="Differences").get_by_role("row", name="gyro_x random walk")
     assert "±" in difference.inner_text()
-    assert "same" in tab.locator(".verdicts").inner_text()
+    assert "do not show a change" in tab.locator(".verdicts").inner_text()
     assert "STD" in tab.get_by_role("region", name="Tables I and III").inner_text()
     # A third result: the pair of the difference is chosen.
     tab.get_by_role("row", name="april").get_by_role("button").click()
     legend(tab).nth(2).wait_for()
-    second = tab.get_by_label("Of", exact=True)
-    second.locator("option").nth(1).wait_for(state="attached")
+    second = tab.get_by_label("New", exact=True)
+    second.locator("option").nth(2).wait_for(state="attached")
     values = [option.inner_text() for option in second.get_by_role("option").all()]
-    assert [value[0] for value in values] == ["2", "3"]
-    second.select_option(label=values[0])
+    assert [value[0] for value in values] == ["1", "2", "3"]
+    second.select_option(label=values[1])
+    tab.get_by_text(f"New minus old: {values[1]} minus {values[0]}").wait_for()
+    tab.get_by_role("button", name="Exchange").click()
+    tab.get_by_text(f"New minus old: {values[0]} minus {values[1]}").wait_for()
     tab.get_by_role("region", name="Repeatability").get_by_text("3 runs").wait_for()
     # A curve is switched off, and on again.
     before = picture(tab)
@@ -85,6 +88,7 @@ def test_by_mouse(opened, lab):
     open_file(tab, lab, "walk.toml")
     legend(tab).nth(3).wait_for()
     assert "walk" in legend(tab).nth(3).inner_text()
+    tab.get_by_text("Datasheets", exact=True).click()
     tab.get_by_role("combobox", name="Datasheet").select_option("adis16405")
     tab.get_by_label("Noise densities").select_option("one")
     tab.get_by_label("Bias instability").select_option("minimum")
@@ -95,6 +99,73 @@ def test_by_mouse(opened, lab):
     tab.get_by_role("button", name="Remove ADIS16405").click()
     assert picture(tab) != with_datasheet
     assert legend(tab).count() == 4
+
+
+def add_file(tab, lab, name):
+    """Add a file of the folder in place."""
+    tab.get_by_text("Files below the opened folders").click()
+    tab.get_by_role("button", name=f"{lab.name}/").click()
+    tab.get_by_role("button", name=re.compile(f"^{name}")).click()
+
+
+def test_files_are_added_in_place(opened, lab):
+    """The answer, new minus old, stands above the figures; the address and the commands repeat the comparison."""
+    write_table(lab / "noisy.csv", {name: (2 * size, mean) for name, (size, mean) in six_axes().items()})
+    tab = opened()
+    tab.locator("#step-compare").click()
+    for name in ("today.csv", "noisy.csv"):
+        add_file(tab, lab, name)
+        tab.locator("#status", has_text=f"{name} was added").wait_for(state="attached")
+    answer = tab.locator(".verdicts", has_text="coefficients changed")
+    answer.wait_for()
+    tab.get_by_text("New minus old: 2: noisy.csv minus 1: today.csv").wait_for()
+    row = tab.get_by_role("region", name="Differences").get_by_role("row", name="gyro_x random walk").inner_text()
+    assert re.search(r"changed\s+\+[\d.]+ ± [\d.]+ deg/√h", row), row
+    assert answer.bounding_box()["y"] < tab.locator("#view figure").first.bounding_box()["y"]
+    lines = tab.locator("#command").text_content().splitlines()
+    assert lines[0] == f"sigmatau analyze {lab / 'today.csv'} --json today.json"
+    assert lines[-1] == "sigmatau compare today.json noisy.json"
+    legend(tab).first.get_by_role("checkbox").uncheck()
+    legend(tab).first.get_by_role("checkbox").check()
+    legend(tab).nth(1).get_by_role("checkbox").uncheck()
+    tab.reload()
+    legend(tab).nth(1).wait_for()
+    assert [legend(tab).nth(k).get_by_role("checkbox").is_checked() for k in range(2)] == [True, False]
+    legend(tab).nth(1).get_by_role("checkbox").check()
+    answer.wait_for()
+
+
+def test_a_question_about_a_log_is_asked_in_place(opened, lab):
+    write_table(lab / "counts.csv", {1: (1e-3, 0.0), 2: (1e-3, 0.0), 3: (1e-3, 0.0)})
+    tab = opened()
+    tab.locator("#step-compare").click()
+    add_file(tab, lab, "counts.csv")
+    box = tab.get_by_role("group", name="A choice is needed")
+    box.get_by_label("time=N, gyro=N:N, accel=N:N").fill("time=1,gyro=2:4")
+    box.get_by_role("button", name="Set").click()
+    box.get_by_role("button", name="gyro in rad/s").click()
+    box.get_by_role("button", name="Unit of time: s", exact=True).click()
+    legend(tab).first.wait_for()
+    assert "counts" in legend(tab).first.inner_text()
+    assert tab.locator("#step-compare").get_attribute("aria-current") == "step"
+    assert grave_findings(tab) == []
+
+
+def test_a_store_and_a_model_of_an_address(opened, lab):
+    """Runs of a store, its list and a model are there again after a reload."""
+    tab = opened()
+    open_file(tab, lab, "lab.db")
+    tab.get_by_role("row", name="march").get_by_role("button").click()
+    legend(tab).first.wait_for()
+    open_file(tab, lab, "walk.toml")
+    legend(tab).nth(1).wait_for()
+    tab.reload()
+    legend(tab).nth(1).wait_for()
+    assert tab.get_by_role("row", name="march").get_by_role("button").is_disabled()
+    tab.get_by_role("row", name="april").get_by_role("button").click()
+    tab.locator("#command", has_text="sigmatau compare").wait_for()
+    lines = tab.locator("#command").text_content().splitlines()
+    assert lines[0].startswith(f"sigmatau store show A1 --store {lab / 'lab.db'} --run march.csv --json ")
 
 
 def test_by_keys(opened, lab):

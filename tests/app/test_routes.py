@@ -289,6 +289,12 @@ def test_compare(page, result, folder):
     assert len(compared["curves"]) == len(compared["names"]) == 2
     assert compared["table"]["channel"]
     assert {each["verdict"] for each in compared["differences"] if each["term"] == "random_walk"} <= {"same", "differs"}
+    assert not any(each["changed"] for each in compared["differences"])
+    assert compared["command"].splitlines() == [
+        f"sigmatau analyze {page.log} --json static.json",
+        f"sigmatau analyze {log} --json another.json",
+        "sigmatau compare static.json another.json",
+    ]
     assert page.post("api/compare", results=[result]).status_code == 400
     assert page.post("api/compare", results=[result, "nothing"]).status_code == 404
 

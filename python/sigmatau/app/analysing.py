@@ -53,8 +53,10 @@ def _record(log: LogFile, table: Mapping[str, Any]) -> Record:
     return cached("record", log, table, make, size=record_size)  # type: ignore[no-any-return]
 
 
-def result_parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The parts of the answer of ``api/results/ID``; `table` is None for a result that was read."""
+def result_parts(
+    analysis: Analysis, *, name: str, table: Mapping[str, Any] | None, command: str | None = None
+) -> dict[str, Any]:
+    """The parts of the answer of ``api/results/ID``; `table` is None for a result that was read, by a `command` if any."""
     content = collect_content(analysis, None, targets=())
     shown = {
         "name": name,
@@ -63,7 +65,7 @@ def result_parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | No
         "left_out": _left_out(analysis),
         "has_samples": table is not None,
         "options": None if table is None else dict(table),
-        "command": None if table is None else command_line(name, table),
+        "command": command if table is None else command_line(name, table),
         "toml": None if table is None else to_toml(table, log=name),
     }
     return {

@@ -1,28 +1,36 @@
-"""Several results beside each other."""
+"""Several results beside each other, what changed between two of them, and the commands that compare them."""
 
 from __future__ import annotations
 
 import json
 import pickle
+import shlex
 from collections.abc import Sequence
+from statistics import NormalDist
 from typing import Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.app.calls import Progress, number
 from sigmatau.lab.lots.comparison import compare_runs
 from sigmatau.lab.lots.comparison_text import overview, tables, unused_lines
-from sigmatau.lab.lots.differences import term_differences
+from sigmatau.lab.lots.differences import TermDifference, term_differences
 from sigmatau.reporting.charts import collect_charts
 from sigmatau.results import printable
 
+Source = tuple[str, str | None]
+"""Name of a result, and the command that makes it; None for a JSON file of this name."""
 
-def compared(*, analyses: Sequence[bytes], names: Sequence[str], progress: Progress) -> str:
+_CHANCE = 0.05  # probability that a coefficient is called changed although none has. Judgement: 1 minus the usual level
+
+
+def compared(*, analyses: Sequence[bytes], sources: Sequence[Source], progress: Progress) -> str:
     """Curves of several results, and the repeatability of every channel and term, as JSON."""
     results: list[Analysis] = [pickle.loads(each) for each in analyses]
-    short = [name.replace("\\", "/").rpartition("/")[2] for name in names]
+    short = [_last_part(name) for name, _ in sources]
     unique = [name if short.count(name) == 1 else f"{name} ({k})" for k, name in enumerate(short, 1)]
     comparison = compare_runs(results, names=unique)
-    if len(comparison.groups) > 1:  # of several units: all results of an axis are compared
+    is_mixed = len(comparison.groups) > 1  # of several units: all results of an axis are compared
+    if is_mixed:
         comparison = compare_runs(results, names=unique, by="axis")
     columns = comparison.columns()
     curves: list[dict[str, Any]] = [
@@ -32,14 +40,52 @@ def compared(*, analyses: Sequence[bytes], names: Sequence[str], progress: Progr
     table = {key: [number(v, 9) if isinstance(v, float) else v for v in values] for key, values in columns.items()}
     sums = [result.source.sha256 for result in results if result.source.sha256 is not None]
     differences = term_differences(*results) if len(results) == 2 else ()
+    compared_values = sum(each.value is not None for each in differences)
     content = {
         "names": unique,
         "curves": curves,
         "table": table,
-        "differences": [each.to_dict() for each in differences],
+        "differences": [
+            {**each.to_dict(), "changed": has_changed(each, compared_values=compared_values)} for each in differences
+        ],
         "same_log": any(sums.count(checksum) > 1 for checksum in sums),
         "text": overview(comparison),
         "tables": tables(comparison),
         "unused": [printable(line) for line in unused_lines(comparison)],
+        "command": "\n".join(map(printable, commands(sources, by="axis" if is_mixed else None))),
     }
     return json.dumps(content, default=str)
+
+
+def has_changed(difference: TermDifference, *, compared_values: int) -> bool:
+    """Whether a difference remains significant beside the number of comparisons (Bonferroni).
+
+    Of many intervals of 95 % some do not contain 0 by chance. Here the interval is widened, as that of a normal
+    distribution, until the probability of any such is 5 %. A difference that follows from an upper limit stays.
+    """
+    value, low, high = difference.value, difference.low, difference.high
+    if difference.verdict != "differs" or value is None or low is None or high is None:
+        return difference.verdict == "differs"
+    half = value - low if value > 0 else high - value
+    usual = NormalDist().inv_cdf((1 + difference.level) / 2)
+    return abs(value) * usual > half * NormalDist().inv_cdf(1 - _CHANCE / 2 / compared_values)
+
+
+def commands(sources: Sequence[Source], *, by: str | None) -> list[str]:
+    """The command lines that make the results, and the one that compares them."""
+    lines, files = [], list[str]()
+    for name, command in sources:
+        if command is None:
+            files.append(name)
+            continue
+        stem = _last_part(name).replace(" ", "-").removesuffix(".gz").rpartition(".")
+        file = f"{stem[0] or stem[2]}.json"
+        while file in files:
+            file = f"{file.removesuffix('.json')}-{len(files) + 1}.json"
+        files.append(file)
+        lines.append(f"{command} --json {shlex.quote(file)}")
+    return [*lines, shlex.join(["sigmatau", "compare", *files, *(["--by", by] if by else [])])]
+
+
+def _last_part(path: str) -> str:
+    return path.replace("\\", "/").rpartition("/")[2]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 from starlette.responses import Response
@@ -42,8 +43,9 @@ class _Comparisons:
         if not isinstance(ids, list) or not 2 <= len(ids) <= _MOST_COMPARED:
             raise refuse_body("results must be the identifiers of two or more results")
         results = [await self._result(id_) for id_ in ids]
-        analyses, names = [each.analysis for each in results], [each.name for each in results]
-        return text_answer(await self._workbench.look(None, "compare", analyses=analyses, names=names))
+        sources = [(each.name, json.loads(each.shown)["command"]) for each in results]
+        analyses = [each.analysis for each in results]
+        return text_answer(await self._workbench.look(None, "compare", analyses=analyses, sources=sources))
 
     async def _result(self, named: object) -> Result:
         """A result by its identifier, or by the path of its file."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from typing import Any
 
 from sigmatau.analysis import as_analysis, result_of_dict
@@ -50,7 +51,9 @@ def stored_run(*, log: LogFile, run: int, progress: Progress) -> dict[str, Any]:
     day = "" if row["recorded"] is None else row["recorded"].date().isoformat()
     names = dict.fromkeys(printable(str(part)) for part in (row["unit"], row["run"], day) if part)
     name = " ".join(names)
-    return {**result_parts(as_analysis(result_of_dict(content)), name=name, table=None), "name": name}
+    command = shlex.join(["sigmatau", "store", "show", str(row["unit"]), "--store", log.name, "--run", str(row["run"])])
+    parts = result_parts(as_analysis(result_of_dict(content)), name=name, table=None, command=command)
+    return {**parts, "name": name}
 
 
 def _rows(store: Store, chosen: Chosen | None) -> list[dict[str, Any]]:

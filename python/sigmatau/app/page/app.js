@@ -6,14 +6,15 @@ import { about, config, files, open, result as fetchResult } from "./api.js";
 import { announce, button, byId, copy, errorBox, nameOfPath } from "./dom.js";
 import { begin, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
 import { showLive } from "./live_view.js";
-import { showOpen } from "./open_view.js";
+import { acceptDrops, openDropped, showOpen } from "./open_view.js";
 import { showColumns } from "./columns_view.js";
 import { questionBox } from "./question.js";
 import { analyse, cancel } from "./jobs.js";
 import { showResult } from "./result_view.js";
 import { fileChanged, fileOptions, showFiles } from "./files_view.js";
 import { showCompare } from "./compare_view.js";
-import { addSpecification, addStore, rememberResult } from "./comparison.js";
+import { addAgain, dropFile } from "./compare_open.js";
+import { addSpecification, addStore, allResults, rememberResult, restoreComparison } from "./comparison.js";
 import { offerDatasheet } from "./compare_sources.js";
 
 const view = byId("view");
@@ -30,7 +31,7 @@ async function show() {
     else if (session.step === "columns") await showColumns(view, startAnalysis);
     else if (session.step === "result") await showResult(view, () => goTo("files"));
     else if (session.step === "files") await showFiles(view);
-    else await showCompare(view, () => goTo("open"));
+    else await showCompare(view, { command: showCompareCommand, inColumns: opened });
   } catch (error) {
     showError(error);
   }
@@ -74,7 +75,7 @@ async function opened({ source, name, options = {}, taken, kind = NOT_LOGS.test(
 /** Take a store, a model, a datasheet or a saved session. */
 async function received(content, source, name) {
   if (content.kind === "session") return opened({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options, taken: { target: content.target ?? "", choices: content.choices }, kind: "log" });
-  if (content.kind === "result") return openResult(content.result, name);
+  if (content.kind === "result") return openResult(content.result, name, source);
   if (content.kind === "store") addStore(source, name, content);
   else if (content.kind === "model") await addSpecification(source);
   else offerDatasheet(source, name);
@@ -119,6 +120,20 @@ async function showCommand() {
   } catch { /* the view says what is wrong with the options */ }
 }
 
+/** How the result of the session is made again. */
+function resultOrigin() {
+  const { source, resultSource, name, options, id } = session;
+  if (source) return { source, name, options };
+  return resultSource ? { source: resultSource, name } : { id };
+}
+
+/** The commands that compare the same results; null for one result alone. */
+function showCompareCommand(text) {
+  if (session.step !== "compare") return;
+  if (text === null) showCommand();
+  else byId("command").textContent = text;
+}
+
 function showState() {
   const { source, id, step } = session;
   const can = { live: Boolean(session.about), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: true };
@@ -136,7 +151,7 @@ function showState() {
 
 onChange((what) => {
   if (what === "opened" && session.opened?.kind !== "log") return received(session.opened, session.source, session.name);
-  if (what === "result") rememberResult(session.id, session.result);
+  if (what === "result") rememberResult(session.id, session.result, resultOrigin());
   showState();
   if (what === "options" || what === "source" || what === "result") showCommand();
   if (what === "options") optionsChanged();
@@ -148,10 +163,11 @@ onChange((what) => {
 });
 
 /** Show a stored result: there is no log to analyse again. */
-async function openResult(id, name = session.name) {
+async function openResult(id, name = session.name, source = null) {
   try {
     const content = await fetchResult(id);
     begin(null, name);
+    session.resultSource = source;
     setResult(id, content);
     await goTo("result");
   } catch (error) {
@@ -171,6 +187,7 @@ function keys(event) {
 async function restore() {
   const stated = readFragment();
   if (!stated) return goTo(session.about.live ? "live" : "open");
+  if (stated.step === "compare" && stated.compared) return restoreCompared(stated);
   if (!stated.source) return openResult(stated.result);
   forget();
   begin(stated.source, stated.name, stated.options, stated.taken);
@@ -188,6 +205,20 @@ async function restore() {
   return goTo("columns");
 }
 
+/** Show the comparison of an address; the file beside it is that of the session. */
+async function restoreCompared({ source, name, options, taken, compared }) {
+  const problems = [];
+  forget();
+  begin(source, name, options, taken);
+  setStep("compare");
+  view.replaceChildren(make("p", { className: "none" }, "Comparing as the address says…"));
+  await restoreComparison(compared, addAgain, (error) => problems.push(error));
+  const key = JSON.stringify([source, options]), here = source && allResults().find(({ from }) => JSON.stringify([from.source, from.options]) === key);
+  if (here) setResult(here.key, await fetchResult(here.key));
+  await goTo("compare");
+  for (const error of problems) showError(error);
+}
+
 for (const name of STEPS) byId(`step-${name}`).addEventListener("click", () => goTo(name));
 byId("undo").addEventListener("click", undo);
 byId("redo").addEventListener("click", redo);
@@ -195,6 +226,12 @@ byId("copy-command").addEventListener("click", (event) => copy(byId("command").t
 addEventListener("keydown", keys);
 addEventListener("hashchange", () => { if (readFragment()) restore(); });
 document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); view.focus(); }); // a link would replace the state in the address
+
+acceptDrops(async (file) => {
+  if (session.step === "compare") return dropFile(file);
+  if (session.step !== "open") await goTo("open");
+  return openDropped(file);
+});
 
 try {
   session.about = await about();

@@ -30,10 +30,8 @@ export function assign(columns, changed, channel, topics) {
   setOptions({ channels, unit: units, ...(topics.length > 1 ? { topic: changed.topic } : {}) });
 }
 
-/** Read a topic, or several; what was stated about the columns of another one is dropped. */
-export function chooseTopic(topic) {
-  setOptions({ topic, channels: undefined, unit: undefined, scale: undefined });
-}
+/** What changes when a topic is read, or several; what was stated about the columns of another one is dropped. */
+export const topicChanges = (topic) => ({ topic, channels: undefined, unit: undefined, scale: undefined });
 
 /** Give a unit to a channel: to the whole sensor where all its columns have one unit. */
 export function setUnit(columns, column, unit) {

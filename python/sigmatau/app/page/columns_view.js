@@ -4,7 +4,7 @@ import { make } from "./page.js";
 import { bdi, button, chip, choice, debounce, errorBox, field, keepFocus, announce } from "./dom.js";
 import { open } from "./api.js";
 import { session, setOpened, setOptions } from "./session.js";
-import { asPairs, assign, chooseTopic, COMMON, sensorName, setPair, setUnit, SIGNAL, signalName, UNITS } from "./channels.js";
+import { asPairs, assign, COMMON, sensorName, setPair, setUnit, SIGNAL, signalName, topicChanges, UNITS } from "./channels.js";
 import { sparkline } from "./sparkline.js";
 import { questionBox } from "./question.js";
 import { showRecord } from "./record_chart.js";
@@ -105,7 +105,7 @@ function topicControl(topics) {
   const recognised = read.length ? `as recognised${stated ? "" : `: ${read.join(", ")}`}` : "not chosen yet";
   const entries = topics.map(({ name, rate_hz: rate }) => [name, `${name}${rate ? ` (${text(rate)} Hz)` : ""}`]);
   if (stated && !topics.some(({ name }) => name === stated)) entries.unshift([stated, stated]);
-  const select = choice("Topic", [["", recognised], ...entries], stated, chooseTopic);
+  const select = choice("Topic", [["", recognised], ...entries], stated, (topic) => setOptions(topicChanges(topic)));
   select.dataset.focus = "topic";
   return field("Topic", select, read.length > 1 ? "Several topics are read. Changing the use of a column reads its topic alone." : "");
 }

@@ -55,7 +55,7 @@ function runRow(store, run, problem, changed) {
   const add = button(obstacle ?? (added ? "Added" : "Add"), async () => {
     add.disabled = true;
     try {
-      await addRun(store, run);
+      await addRun(store.source, run.run);
       add.textContent = "Added";
       announce(`${run.unit} ${run.name} was added`);
       changed();
@@ -89,7 +89,7 @@ export function datasheetPicker(changed) {
       problem.replaceChildren(errorBox(error));
     }
   }, { disabled: !choices.named, ariaLabel: "Add the datasheet" });
-  return make("div", {}, make("div", { className: "row" }, field("Datasheet", list)), make("div", { className: "row" },
+  return make("details", { open: Boolean(choices.named) }, make("summary", {}, "Datasheets"), make("div", { className: "row" }, field("Datasheet", list)), make("div", { className: "row" },
     select("Values", "use", [["typical", "typical"], ["maximum", "maximum"]]),
     select("Noise densities", "sided", [["", "as stated"], ["one", "one-sided"], ["two", "two-sided"]]),
     select("Bias instability", "bias", [["", "as stated"], ["minimum", "Allan minimum"], ["coefficient", "coefficient B"]]), add), problem);

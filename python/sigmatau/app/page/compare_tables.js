@@ -2,66 +2,75 @@
 
 import { make } from "./page.js";
 import { compare } from "./api.js";
-import { bdi, chip, choice, errorBox, field } from "./dom.js";
-import { shownResults } from "./comparison.js";
+import { bdi, button, chip, choice, errorBox, field } from "./dom.js";
+import { choosePair, chosenPair, shownResults } from "./comparison.js";
 import { raised } from "./summary.js";
 
-const VERDICTS = { same: ["same", "good"], differs: ["differs", "poor"], unknown: ["cannot tell", "partial"] };
-const chosen = { first: null, second: null }; // keys of the results whose difference is shown
+const VERDICTS = { changed: ["changed", "partial"], differs: ["by chance?", "info"], same: ["no change seen", "good"], unknown: ["cannot tell", "info"] };
 let running = 0; // number of the last comparison that was asked for
 
-/** Show the numbers of all results that are switched on; of one alone its coefficients. */
-export async function showNumbers(places) {
+/** Show the numbers of all results that are switched on; of one alone its coefficients. `command` shows what does the same. */
+export async function showNumbers(places, command) {
   const shown = shownResults(), asked = (running += 1);
   for (const place of Object.values(places)) place.parentElement.hidden = shown.length < 2;
   places.coefficients.parentElement.hidden = !shown.length;
   if (shown.length) places.coefficients.replaceChildren(coefficientTable(shown));
-  if (shown.length < 2) return;
-  const pair = chosenPair(shown);
+  if (shown.length < 2) return command(null);
+  const pair = chosenPair();
   for (const place of [places.difference, places.repeatability]) place.setAttribute("aria-busy", "true");
   try {
     const between = await compare(pair.map(({ key }) => key));
     const all = shown.length === 2 && pair[0] === shown[0] ? between : await compare(shown.map(({ key }) => key));
-    if (asked !== running) return;
-    places.difference.replaceChildren(pairControls(shown, pair, () => showNumbers(places)), ...differenceTable(between));
+    if (asked !== running) return undefined;
+    places.difference.replaceChildren(...differenceParts(between, pair), pairControls(shown, pair, () => showNumbers(places, command)));
     places.repeatability.replaceChildren(...repeatability(all));
+    command(all.command);
   } catch (error) {
-    if (asked === running) { places.difference.replaceChildren(errorBox(error)); places.repeatability.replaceChildren(); }
+    if (asked === running) { places.difference.replaceChildren(errorBox(error)); places.repeatability.replaceChildren(); command(null); }
   } finally {
     for (const place of [places.difference, places.repeatability]) place.removeAttribute("aria-busy");
   }
-}
-
-/** The two results whose difference is shown: those that were chosen, or the first and the last one. */
-function chosenPair(shown) {
-  const first = shown.find(({ key }) => key === chosen.first) ?? shown[0];
-  const rest = shown.filter((each) => each !== first);
-  return [first, rest.find(({ key }) => key === chosen.second) ?? rest[rest.length - 1]];
+  return undefined;
 }
 
 const numbered = ({ number, name }) => `${number}: ${name}`;
 
+/** Which result is the new one and which the old one, where there are more than two; the two can be exchanged. */
 function pairControls(shown, [first, second], change) {
-  const entries = (without) => shown.filter((each) => each !== without).map((each) => [each.key, numbered(each)]);
-  const select = (label, entries, value, set) => field(label, choice(label, entries, value.key, (key) => { set(key); change(); }));
+  const set = (old, recent) => { choosePair(old, recent); change(); };
+  const find = (key) => shown.find((each) => each.key === key);
+  const select = (label, value, chosen) => field(label, choice(label, shown.map((each) => [each.key, numbered(each)]), value.key, chosen));
   return make("div", { className: "row" },
-    select("Of", entries(first), second, (key) => { chosen.second = key; }),
-    select("against", entries(null), first, (key) => { chosen.first = key; if (key === second.key) chosen.second = first.key; }));
+    select("New", second, (key) => set(key === first.key ? second : first, find(key))),
+    select("Old", first, (key) => set(find(key), key === second.key ? first : second)),
+    button("Exchange", () => set(second, first)));
 }
 
-/** The difference of each coefficient with its interval, and how many differ. */
-function differenceTable({ differences, same_log: isSameLog }) {
+/** Whether something changed, and the difference of each coefficient with its interval. */
+function differenceParts({ differences, same_log: isSameLog }, [first, second]) {
   if (!differences.length) return [make("p", { className: "none" }, "These results have no coefficient in common.")];
-  const counts = Object.keys(VERDICTS).map((verdict) => [VERDICTS[verdict], differences.filter((each) => each.verdict === verdict).length]);
-  const rows = differences.map(({ channel, term, text, verdict }) => make("tr", {}, make("th", { scope: "row" }, bdi(channel)), make("th", { scope: "row" }, term.replaceAll("_", " ")),
-    make("td", {}, chip(...VERDICTS[verdict])), make("td", {}, ...(text ? raised(text) : ["one is an upper limit"]))));
+  const kind = (each) => (each.changed ? "changed" : each.verdict);
+  const order = Object.keys(VERDICTS), sorted = [...differences].sort((a, b) => order.indexOf(kind(a)) - order.indexOf(kind(b)));
+  const rows = sorted.map((each) => make("tr", {}, make("th", { scope: "row" }, bdi(each.channel)), make("th", { scope: "row" }, each.term.replaceAll("_", " ")),
+    make("td", {}, chip(...VERDICTS[kind(each)])), make("td", {}, ...(each.text ? raised(each.text) : ["only an upper limit in one result"]))));
   const doubt = isSameLog ? [make("p", { className: "box partial" }, "Both results are of the same log, so their errors are not independent: these intervals do not hold.")] : [];
   return [
     ...doubt,
-    make("p", { className: "verdicts" }, ...counts.filter(([, number]) => number).flatMap(([[word, mark], number]) => [chip(`${number} ${word}`, mark), " "])),
-    make("p", { className: "about" }, "Same: the 95 % interval of the difference has 0 in it. Of 20 equal coefficients one is outside by chance."),
-    scrolled("Differences", make("table", { className: "compared" }, head("Channel", "Term", "Verdict", "Difference"), make("tbody", {}, ...rows))),
+    answer(differences),
+    make("p", { className: "about" }, `New minus old: ${numbered(second)} minus ${numbered(first)}, with 95 % intervals.`),
+    scrolled("Differences", make("table", { className: "compared" }, head("Channel", "Term", "Verdict", "New minus old"), make("tbody", {}, ...rows)), "scrolled runs"),
   ];
+}
+
+/** The answer in a sentence. */
+function answer(differences) {
+  const changed = differences.filter((each) => each.changed), chance = differences.filter((each) => each.verdict === "differs" && !each.changed).length;
+  const words = changed.length
+    ? `${changed.length} of ${differences.length} coefficients changed.`
+    : differences.some((each) => each.value !== null) ? "These records do not show a change. A change smaller than the intervals cannot be excluded." : "No coefficient is observed in both results.";
+  const mark = changed.length ? VERDICTS.changed : differences.some((each) => each.value !== null) ? VERDICTS.same : VERDICTS.unknown;
+  const more = chance ? ` ${chance} further interval${chance > 1 ? "s do" : " does"} not contain 0, which chance explains among ${differences.length} comparisons.` : "";
+  return make("p", { className: "verdicts" }, chip(...mark), " ", make("strong", {}, words), more);
 }
 
 /** The coefficients of the results beside each other, a row a channel and term. */
@@ -94,6 +103,6 @@ function head(...names) {
   return make("thead", {}, make("tr", {}, ...names.map((name) => make("th", { scope: "col" }, name))));
 }
 
-function scrolled(label, table) {
-  return make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: label }, table);
+function scrolled(label, table, className = "scrolled") {
+  return make("div", { className, tabIndex: 0, role: "region", ariaLabel: label }, table);
 }

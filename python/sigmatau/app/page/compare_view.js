@@ -1,37 +1,42 @@
-// Results of this session, runs of a store and datasheets beside each other: one figure a sensor, and their numbers.
+// Results of this session, runs of a store and datasheets beside each other: what changed, one figure a sensor, the numbers.
 
 import { make } from "./page.js";
 import { bdi, button, checkbox } from "./dom.js";
 import { drop } from "./frame.js";
 import { allResults, allSpecifications, isShown, remove, show } from "./comparison.js";
 import { drawComparison, swatch } from "./compare_figure.js";
+import { fileAdder } from "./compare_open.js";
 import { showNumbers } from "./compare_tables.js";
 import { datasheetPicker, storePicker } from "./compare_sources.js";
 
-/** Show the step; `openFile` shows the files that can be opened. */
-export function showCompare(view, openFile) {
+/** Show the step; `command` shows the commands that do the same, `inColumns` opens a log in step 2. */
+export function showCompare(view, { command, inColumns }) {
   drop(view);
   const legend = make("fieldset", { className: "legend" }), charts = make("div", { className: "charts" });
   const places = { difference: make("div"), coefficients: make("div"), repeatability: make("div") };
-  const drawing = section("Allan deviation", charts);
+  const drawing = section("Allan deviation", charts), stores = make("div", { className: "sources" });
   const draw = () => {
     drawing.hidden = !(allResults().length + allSpecifications().length);
     if (drawing.hidden) drop(charts);
     else drawComparison(charts);
-    return showNumbers(places);
+    return showNumbers(places, command);
   };
-  const removed = (each) => { remove(each); showCompare(view, openFile); view.querySelector(".legend input")?.focus(); };
+  const removed = (each) => { remove(each); showCompare(view, { command, inColumns }); view.querySelector(".legend input, #add-file")?.focus(); };
   const changed = () => { fillLegend(legend, draw, removed); return draw(); };
+  const adder = make("section", { className: "adder" });
+  const opened = () => {
+    stores.replaceChildren(...storePicker(changed));
+    adder.replaceChildren(...fileAdder(opened, inColumns), datasheetPicker(changed));
+    return changed();
+  };
   view.replaceChildren(
-    make("div", { className: "head" }, make("div", {}, make("h1", {}, "Compare"), make("p", { className: "about" }, "Results of this session, runs of a store, datasheets and noise models.")),
-      button("Open a file…", openFile, { title: "A log, a result, a store, a noise model or a datasheet" })),
-    legend,
-    make("div", { className: "sources" }, ...storePicker(changed), section("Add a datasheet", datasheetPicker(changed))),
+    make("div", { className: "head" }, make("div", {}, make("h1", {}, "Compare"), make("p", { className: "about" }, "Results of this session, files, runs of a store, datasheets and noise models."))),
+    make("div", { className: "sources" }, legend, adder), stores,
+    section("Has it changed?", places.difference),
     drawing,
-    section("Is it the same?", places.difference),
     section("Coefficients", places.coefficients),
     section("Repeatability of the runs", places.repeatability));
-  return changed();
+  return opened();
 }
 
 /** What is compared, each with its line and a box that switches it on and off. */
@@ -43,7 +48,7 @@ function fillLegend(legend, draw, removed) {
     return make("li", {}, box, button("Remove", () => removed(each), { ariaLabel: `Remove ${each.name}`, className: "small" }), ...facts);
   };
   const items = [...allResults().map(item), ...allSpecifications().map(item)];
-  legend.replaceChildren(make("legend", {}, "In the figure"), ...(items.length ? [make("ul", { className: "compared-list" }, ...items)] : [make("p", { className: "none" }, "Nothing yet. Analyse a log, open results or a store, or add a datasheet.")]));
+  legend.replaceChildren(make("legend", {}, "In the figure"), ...(items.length ? [make("ul", { className: "compared-list" }, ...items)] : [make("p", { className: "none" }, "Nothing yet. Add a file, or analyse a log first.")]));
 }
 
 function section(title, ...children) {

@@ -67,6 +67,12 @@ export function errorBox(error) {
     ...(error.rows ? [make("pre", { tabIndex: 0 }, error.rows)] : []));
 }
 
+/** Whether an option is not stated by a value. */
+export function isEmpty(value) {
+  if (value === undefined || value === null || value === "" || value === false) return true;
+  return typeof value === "object" && Object.keys(value).length === 0;
+}
+
 /** The last part of a path. */
 export const nameOfPath = (path) => path.split(/[\\/]/).pop();
 

@@ -15,22 +15,29 @@ export function cancel() {
   running?.abort();
 }
 
-/** Analyse the file with the options of now; what was analysed with them before is shown at once.
+/** Analyse the file of the session with its options; what was analysed with them before is shown at once.
  *
  * Returns whether there is a result; an error is thrown, and false is a cancelled or overtaken analysis.
  */
 export async function analyse() {
-  cancel();
   const had = resultOfOptions();
   if (had) {
     try {
+      cancel();
       setResult(had, await result(had));
       return true;
     } catch { /* the server has forgotten it */ }
   }
+  const made = await analyseFile(session.source, session.options, session.name);
+  if (made) setResult(made.id, made.content);
+  return Boolean(made);
+}
+
+/** Analyse a file: its result as {id, content}, null if it was cancelled or overtaken by another analysis. */
+export async function analyseFile(source, options, name) {
+  cancel();
   const here = (running = new AbortController());
-  const { source, options } = session;
-  const bar = showProgress();
+  const bar = showProgress(name);
   let announced = "";
   try {
     const id = await analyze(source, options, (job) => {
@@ -39,14 +46,13 @@ export async function analyse() {
       if (stage && stage !== announced) announce((announced = stage));
     }, here.signal);
     const content = await result(id);
-    if (here.signal.aborted) return false;
-    setResult(id, content);
+    if (here.signal.aborted) return null;
     announce("The analysis is done.");
-    return true;
+    return { id, content };
   } catch (error) {
     if (error.name !== "AbortError") throw error;
     announce("The analysis was cancelled.");
-    return false;
+    return null;
   } finally {
     if (running === here) {
       running = null;
@@ -55,10 +61,10 @@ export async function analyse() {
   }
 }
 
-function showProgress() {
+function showProgress(name) {
   const list = make("ol", { className: "stages" }), elapsed = make("span", { className: "elapsed" });
   const place = byId("progress");
-  place.replaceChildren(make("p", {}, make("strong", {}, "Analysing "), bdi(session.name), " ", elapsed), list, button("Cancel", cancel, { id: "cancel" }));
+  place.replaceChildren(make("p", {}, make("strong", {}, "Analysing "), bdi(name), " ", elapsed), list, button("Cancel", cancel, { id: "cancel" }));
   place.hidden = false;
   return {
     update({ state, stages, elapsed_s }) {

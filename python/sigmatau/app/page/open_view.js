@@ -6,17 +6,19 @@ import { announce, bdi, button, errorBox, size } from "./dom.js";
 
 const KINDS = { folder: "Folder", log: "Log", result: "Result", store: "Store of results", model: "Noise model", datasheet: "Datasheet", session: "Saved session" };
 
+let dropped = () => {};
+
 /** Show the step. `opened({source, name, kind})` is called with what was chosen. */
 export function showOpen(view, about, opened) {
   const status = make("div", { className: "sending" });
-  const chooser = make("input", { type: "file", id: "chooser", className: "unseen", tabIndex: -1, ariaLabel: "File of this computer", onchange: () => chooser.files[0] && send(chooser.files[0], status, opened) });
+  const chooser = make("input", { type: "file", id: "chooser", className: "unseen", tabIndex: -1, ariaLabel: "File of this computer", onchange: () => chooser.files[0] && sendFile(chooser.files[0], status, opened) });
   const zone = make("div", { className: "drop" },
     make("p", { className: "lead" }, "Drop a log here"),
     make("p", { className: "about" }, "A record of a sensor at rest: CSV and other tables, ROS bags, MCAP, flight logs, NumPy, MATLAB, HDF5, Parquet and more."),
     make("p", {}, button("Choose a file…", () => chooser.click(), { className: "primary" }), chooser),
     make("p", { className: "about" }, "The file is copied to a temporary folder of this computer and removed at the end. Nothing leaves the computer."),
     status);
-  acceptDrops(zone, (file) => send(file, status, opened));
+  dropped = (file) => sendFile(file, status, opened);
   const list = make("div", { className: "folder" });
   view.replaceChildren(
     make("h1", {}, "Open a log"),
@@ -26,20 +28,24 @@ export function showOpen(view, about, opened) {
   showFolder(list, null, opened);
 }
 
+/** Open a file that was dropped. */
+export const openDropped = (file) => dropped(file);
+
 /** Files may be dropped anywhere on the page. */
-function acceptDrops(zone, take) {
-  const over = (event) => { event.preventDefault(); zone.classList.add("over"); };
-  document.ondragover = over;
-  document.ondragleave = (event) => { if (!event.relatedTarget) zone.classList.remove("over"); };
+export function acceptDrops(take) {
+  const mark = (isOver) => document.body.classList.toggle("over", isOver);
+  document.ondragover = (event) => { event.preventDefault(); mark(true); };
+  document.ondragleave = (event) => { if (!event.relatedTarget) mark(false); };
   document.ondrop = (event) => {
     event.preventDefault();
-    zone.classList.remove("over");
+    mark(false);
     const file = event.dataTransfer.files[0];
     if (file) take(file);
   };
 }
 
-async function send(file, place, opened) {
+/** Copy a file of this computer to the server; `opened({source, name})` is called with it. */
+export async function sendFile(file, place, opened) {
   const bar = make("progress", { max: 1, value: 0, ariaLabel: `Copying ${file.name}` });
   place.replaceChildren(make("p", {}, "Copying ", bdi(file.name), ` (${size(file.size)})`), bar);
   announce(`Copying ${file.name}`);

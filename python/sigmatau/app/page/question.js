@@ -3,7 +3,7 @@
 import { make } from "./page.js";
 import { bdi, button } from "./dom.js";
 import { session, setOptions } from "./session.js";
-import { asPairs, chooseTopic, sensorName, UNITS } from "./channels.js";
+import { asPairs, sensorName, topicChanges, UNITS } from "./channels.js";
 import { text } from "./numbers.js";
 
 const optionLabel = (option) => session.about.labels[option] ?? option.replaceAll("_", " ");
@@ -20,7 +20,7 @@ export function questionBox(question, opened, options = ofSession) {
     make("h2", {}, "A choice is needed"),
     make("p", {}, sentence(question.question ?? question.message)),
     ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
-    ...(isTopic ? [topicChoices(topics, hints.filter(isPair).map(({ value }) => value))] : []),
+    ...(isTopic ? [topicChoices(topics, hints.filter(isPair).map(({ value }) => value), options)] : []),
     ...mappingChoices(hints.filter(isMapping), options),
     ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map((hint) => hintChoice(hint, options)),
     ...(options === ofSession && hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Or choose the use of each column in the table below.")] : []));
@@ -33,25 +33,26 @@ function distinct(hints) {
 
 /** A message that begins behind the name of the file, as a sentence. */
 function sentence(message) {
-  return /^(has|does|is|contains|states) /.test(message) ? `The file ${message}.` : `${message}.`;
+  if (/^(has|does|is|contains|states) /.test(message)) return `The file ${message}.`;
+  return /^(an?|no|the|these|this) /.test(message) ? `${message[0].toUpperCase()}${message.slice(1)}.` : `${message}.`;
 }
 
 /** A button for each topic, those with sensors first; before them pairs of topics that are one device. */
-function topicChoices(topics, pairs) {
+function topicChoices(topics, pairs, options) {
   const rows = [];
   for (const { name, rate_hz: rate, rows: count, channels } of [...topics].sort((a, b) => b.channels.length - a.channels.length)) {
     const facts = [rate ? `${text(rate)} Hz` : "", count ? `${count} rows` : "", signals(channels)];
-    rows.push(topicChoice([name], facts.filter(Boolean).join(" · ")));
+    rows.push(topicChoice([name], facts.filter(Boolean).join(" · "), options));
   }
-  return make("ul", { className: "choices" }, ...pairs.map((names) => topicChoice(names, "one device")), ...rows);
+  return make("ul", { className: "choices" }, ...pairs.map((names) => topicChoice(names, "one device", options)), ...rows);
 }
 
 /** The signals among channels, each once. */
 const signals = (channels) => [...new Set(channels)].filter((name) => name !== "time").join(" ");
 
-function topicChoice(names, facts) {
-  const name = names.join(" and ");
-  return make("li", {}, button("Read", () => chooseTopic(names.length > 1 ? names : names[0]), { ariaLabel: `Read topic ${name}` }), " ", make("b", {}, bdi(name)), " ", make("small", {}, facts));
+function topicChoice(names, facts, options) {
+  const name = names.join(" and "), read = () => options.change(topicChanges(names.length > 1 ? names : names[0]));
+  return make("li", {}, button("Read", read, { ariaLabel: `Read topic ${name}` }), " ", make("b", {}, bdi(name)), " ", make("small", {}, facts));
 }
 
 const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && !Array.isArray(value);

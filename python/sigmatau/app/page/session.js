@@ -1,10 +1,12 @@
 // What the page is about: the file, the options, the step; their history, and the fragment of the URL that has them.
 
+import { isEmpty } from "./dom.js";
+
 const listeners = new Set();
 const undone = [], done = []; // what was stated before and after: {options, taken}
 
-/** `source` is what the server calls the file: {path} or {file}; null before one is opened. `taken` is the file for a filter. */
-export const session = { source: null, name: "", options: {}, taken: { target: "", choices: {} }, step: "open", opened: null, result: null, id: null, about: null };
+/** `source` is what the server calls the file: {path} or {file}; null before one is opened. `taken` is the file for a filter, `compared` what is compared, as the address states it; `resultSource` the file of a result. */
+export const session = { source: null, name: "", options: {}, taken: { target: "", choices: {} }, step: "open", opened: null, result: null, id: null, about: null, compared: null, resultSource: null };
 
 /** Results by the file and the options that they were made with. */
 const results = new Map();
@@ -43,11 +45,6 @@ function remember() {
   undone.length = 0;
 }
 
-function isEmpty(value) {
-  if (value === undefined || value === null || value === "" || value === false) return true;
-  return typeof value === "object" && Object.keys(value).length === 0;
-}
-
 export const canUndo = () => done.length > 0;
 export const canRedo = () => undone.length > 0;
 
@@ -68,10 +65,16 @@ function move(from, to) {
   if (next.options !== before.options) changed("options");
 }
 
+/** What is compared has changed; null if nothing is. */
+export function setCompared(state) {
+  session.compared = state;
+  writeFragment();
+}
+
 /** Begin with a file: what was known of another one is forgotten. */
 export function begin(source, name, options = {}, taken = { target: session.taken.target, choices: {} }) {
   done.length = undone.length = 0;
-  Object.assign(session, { source, name, options, taken, opened: null, result: null, id: null });
+  Object.assign(session, { source, name, options, taken, opened: null, result: null, id: null, resultSource: null });
   changed("source");
 }
 
@@ -104,19 +107,20 @@ export function writeFragment() {
   if (Object.keys(session.options).length) parts.set("options", JSON.stringify(session.options));
   if (session.taken.target && session.source) parts.set("export", JSON.stringify({ target: session.taken.target, choices: session.taken.choices }));
   if (session.id && !session.source) parts.set("result", session.id);
+  if (session.compared && session.step === "compare") parts.set("compare", JSON.stringify(session.compared));
   if (session.step !== "open") parts.set("step", session.step);
   const fragment = parts.toString();
   if (fragment !== location.hash.slice(1)) history.replaceState(null, "", fragment ? `#${fragment}` : location.pathname);
 }
 
-/** What a fragment says: {source, name, options, taken, step, result}; null where it says nothing. */
+/** What a fragment says: {source, name, options, taken, step, result, compared}; null where it says nothing. */
 export function readFragment() {
   const parts = new URLSearchParams(location.hash.slice(1));
   const options = objectOf(parts.get("options")), { target = "", choices = {} } = objectOf(parts.get("export"));
-  const path = parts.get("path"), file = parts.get("file");
-  if (!path && !file && !parts.get("result")) return null;
+  const path = parts.get("path"), file = parts.get("file"), compared = parts.has("compare") ? objectOf(parts.get("compare")) : null;
+  if (!path && !file && !parts.get("result") && !compared) return null;
   const name = parts.get("name") ?? (path ?? "").split(/[\\/]/).pop();
-  return { source: path ? { path } : file ? { file } : null, name, options, taken: { target: String(target), choices: Object(choices) }, step: parts.get("step") ?? "columns", result: parts.get("result") };
+  return { source: path ? { path } : file ? { file } : null, name, options, taken: { target: String(target), choices: Object(choices) }, step: parts.get("step") ?? "columns", result: parts.get("result"), compared };
 }
 
 /** The object of a JSON text; empty for a fragment that was cut. */

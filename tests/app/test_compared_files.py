@@ -126,12 +126,25 @@ def test_the_curve_of_a_datasheet(page, folder):
         assert page.post("api/specification", **body).status_code == 400
 
 
+def test_the_size_of_a_bag_is_that_of_its_files(page, folder):
+    place = folder / "recorded"
+    place.mkdir()
+    (place / "recorded_0.db3").write_bytes(b"x" * 5000)
+    about = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - recorded_0.db3\n"
+    (place / "metadata.yaml").write_text(about, encoding="utf-8")
+    entries = page.get("api/files", params={"path": str(folder)}).json()["entries"]
+    entry = next(entry for entry in entries if entry["name"] == "recorded")
+    assert (entry["kind"], entry["bytes"]) == ("log", 5000 + len(about))
+
+
 def test_a_session_is_opened(page, folder):
     file = folder / "again.toml"
     file.write_text('log = "static.csv"\nwindow = "0s:20s"\n', encoding="utf-8")
     assert page.post("api/open", path=str(file)).json() == {
         "kind": "session", "options": {"window": "0s:20s"}, "log": "static.csv", "target": None, "choices": {},
     }  # fmt: skip
+    file.write_text('log = "static.csv"\n', encoding="utf-8-sig")  # Windows editors write a byte order mark
+    assert page.post("api/open", path=str(file)).json()["log"] == "static.csv"
     file.write_text('window = "0s:20s"\n', encoding="utf-8")
     refused = page.post("api/open", path=str(file))
     assert refused.status_code == 400

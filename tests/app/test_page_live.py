@@ -60,12 +60,16 @@ def test_by_mouse(browser, port):
         box = tab.get_by_role("group", name="A choice is needed")
         box.wait_for()
         assert "--" not in box.inner_text()
-        box.get_by_label("time=N, gyro=N:N, accel=N:N").fill("gyro=1:3")
-        box.get_by_role("button", name="Set").click()
+        assert tab.locator(".last-line").inner_text().count(",") == 2
+        tab.get_by_label("Use of column 1").select_option("gyro x, y, z (3 columns)")
+        tab.get_by_label("Unit of gyro_z").wait_for()
+        assert tab.get_by_label("Use of column 3").input_value() == "gyro_z"
+        assert grave_findings(tab) == []
         box.get_by_label("Sampling rate [Hz]").fill("100")
         box.get_by_role("button", name="Set").click()
         box.get_by_label("Sampling rate [Hz]").wait_for(state="detached")
         box.get_by_role("button", name="gyro in rad/s").click()
+        tab.get_by_text("The mean of the gyroscope is").wait_for()
         tab.locator(".headline", has_text="4000 samples at 100 Hz").wait_for()
         port.write(rows[4000:])
         tab.locator(".headline", has_text="9000 samples").wait_for()
@@ -92,19 +96,41 @@ def test_by_keys(browser, port):
         press(tab, "Tab", "|Save as")
         tab.keyboard.press("Control+a")
         tab.keyboard.type(port.saved.name)
-        press(tab, "Tab", "Rate, columns and units")
-        tab.keyboard.press("Enter")
-        for label, text in (("|Sampling rate", "100"), ("|Columns", "gyro=1:3"), ("|Units", "gyro=rad/s")):
-            press(tab, "Tab", label)
-            tab.keyboard.type(text)
         tab.keyboard.press("Enter")
         tab.locator("#stop-live").wait_for()
         port.begin()
         port.write(rows)
+        tab.get_by_label("Use of column 1").wait_for()
+        press(tab, "Tab", "Use of column 1")
+        tab.keyboard.type("gyro x, y")
+        tab.get_by_label("Unit of gyro_x").wait_for()
+        press(tab, "Tab", "Unit of gyro_x")
+        tab.keyboard.type("rad/s")
+        press(tab, "Shift+Tab", "|Sampling rate")
+        tab.locator("#command", has_text="--unit gyro=rad/s").wait_for()
+        tab.keyboard.type("100")
+        tab.keyboard.press("Enter")
         tab.locator(".headline", has_text="3000 samples").wait_for()
         press(tab, "Tab", "Stop and analyse")
         tab.keyboard.press("Enter")
         wait_result(tab)
+
+
+def test_options_after_the_stop(browser, port):
+    """The question stays, and its answers analyse the saved log."""
+    with served(port) as page, tabs(browser, page_address(page)) as open_tab:
+        tab = open_tab()
+        tab.locator(".drop").wait_for()
+        assert grave_findings(tab) == []
+        connect(tab, port)
+        port.write(lines(3000))
+        tab.get_by_label("Use of column 1").wait_for()
+        tab.locator("#stop-live").click()
+        tab.locator("#open-saved").wait_for()
+        assert grave_findings(tab) == []
+        tab.get_by_label("Use of column 1").select_option("gyro")
+        tab.locator("#step-columns[aria-current]").wait_for()
+        assert tab.get_by_label("Use of column 3").input_value() == "gyro_z"
 
 
 def test_a_port_that_is_lost(browser, port):

@@ -130,6 +130,8 @@ def test_by_keys(opened, log):
     press(tab, "Shift+Tab", "Take away")
     tab.keyboard.press("Enter")
     tab.get_by_role("radio").first.wait_for()
+    assert tab.locator(".targets :checked").count() == 0  # no program is chosen in advance
+    tab.get_by_text("Choose a program").wait_for()
     press(tab, "Tab", "ardupilot")
     tab.keyboard.press("ArrowDown")
     tab.get_by_role("region", name="basalt.json").wait_for()

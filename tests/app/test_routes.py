@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from workbench_logs import write_log, write_long
 
+import sigmatau as st
 from known import seed_of
 from sigmatau import Analysis, analyze, read
 from sigmatau.cli import main
@@ -246,6 +247,26 @@ def test_factors_over_the_sensor_at_rest(page, result):
     made = page.post("api/export", result=result, target="kalibr", inflate=result).json()
     assert "gyro_x over the record at rest: random walk x 1.00" in made["files"][0]["text"]
     assert made["command"].endswith("--inflate static.json -o kalibr.yaml")
+
+
+def test_turn_on_biases_of_a_model_file(page, result, folder):
+    """The model file of ``sigmatau compare --model``, as a file of the folders."""
+    unit = st.NoiseModel(channels={f"gyro_{x}": {"random_walk": 1e-5} for x in "xyz"})
+    unit = unit.with_turn_on({f"gyro_{x}": st.TurnOn(sigma=1.25e-3) for x in "xyz"})
+    (folder / "unit.toml").write_text(unit.to_toml(), encoding="utf-8")
+    made = page.post("api/export", result=result, target="okvis2", turn_on={"path": str(folder / "unit.toml")})
+    assert made.status_code == 200, made.text
+    assert "0.00125" in made.json()["files"][0]["text"]
+    assert f"--turn-on {folder / 'unit.toml'} -o" in made.json()["command"]
+    refused = page.post("api/export", result=result, target="okvis2", turn_on={"path": "/etc/passwd"})
+    assert refused.status_code == 404
+
+
+def test_a_report_to_print(page, result):
+    pytest.importorskip("typst", reason="it sets the pages")
+    assert page.get("api/about").json()["no_pdf"] == ""
+    answer = page.get(f"api/results/{result}/report.pdf")
+    assert (answer.content[:5], answer.headers["content-type"]) == (b"%PDF-", "application/pdf")
 
 
 @pytest.mark.parametrize(

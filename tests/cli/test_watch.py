@@ -339,6 +339,28 @@ class TestEnds:
         assert "3000 samples" in " ".join(out.split())  # the line may break after the path
         assert (tmp_path / "r.json").exists()
 
+    def test_a_file_that_is_replaced(self, tmp_path):
+        """A logger that begins a new file renames the old one."""
+        text, _ = table(3000)
+        path = tmp_path / "log.csv"
+        path.write_bytes(text)
+        run = self.started(str(path))
+        wait_until_read(run, path)
+        path.rename(tmp_path / "log.csv.1")
+        path.write_bytes(text)
+        out, err = run.communicate(timeout=120)
+        assert run.returncode == 1
+        assert "was replaced by a new file. Start again to follow the new one" in " ".join(err.split())
+        assert "3000 samples" in " ".join(out.split())  # the line may break after the path
+
+    def test_an_empty_file(self, tmp_path):
+        path = tmp_path / "log.csv"
+        path.touch()
+        run = self.started(str(path), "--idle", "0.5")
+        _, err = run.communicate(timeout=120)
+        assert run.returncode == 1
+        assert "is empty: no line has arrived" in " ".join(err.split())
+
     def test_closed_standard_input(self):
         done = subprocess.run(
             f"{sys.executable} -m sigmatau watch <&-", shell=True, capture_output=True, text=True, env=ENVIRONMENT

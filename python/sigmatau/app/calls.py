@@ -81,7 +81,7 @@ CALLS = {
     "ports": "watching:listed_ports",
     "read_off": "analysing:read_off_at_tau",
     "read_result": "analysing:read_stored",
-    "report": "taking:report_page",
+    "report": "taking:report",
     "runs": "stored:listed_runs",
     "session": "opening:opened_session",
     "specification": "specifying:specification",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -40,5 +42,14 @@ def _entry(path: Path) -> dict[str, Any] | None:
     kind = file_kind(path)
     if kind is None:
         return None
-    size = None if kind == "folder" else status.st_size
+    size = None if kind == "folder" else _folder_size(path) if path.is_dir() else status.st_size
     return {"name": path.name, "path": str(path), "kind": kind, "bytes": size, "modified": round(status.st_mtime, 3)}
+
+
+def _folder_size(folder: Path) -> int:
+    """Size of the files of a bag or a Zarr store. [bytes]"""
+    size, files = 0, (Path(place) / name for place, _, names in os.walk(folder) for name in names)
+    for file in islice(files, _MOST_ENTRIES):
+        with suppress(OSError):
+            size += file.stat().st_size
+    return size

@@ -30,6 +30,7 @@ def live_routes(workbench: Workbench) -> list[tuple[str, str, Handler]]:
         ("/api/live", "GET", handlers.state),
         ("/api/live/start", "POST", handlers.start),
         ("/api/live/options", "POST", handlers.restate),
+        ("/api/live/columns", "POST", handlers.columns),
         ("/api/live/stop", "POST", handlers.stop),
     ]
 
@@ -71,6 +72,8 @@ class _LiveRecord:
                 message = f"{running.source.source} is being recorded; stop it first"
                 raise CallError({"message": message, "hint": None, "code": "conflict"})
             self._workbench.recording = recording = await run_in_threadpool(_begin, source)
+            if running is not None:
+                running.close()
         return text_answer(recording.content(), 202)
 
     async def restate(self, request: Request) -> Response:
@@ -91,6 +94,14 @@ class _LiveRecord:
             )
         recording.restate(table, checked.command)
         return json_answer({"options": table})
+
+    async def columns(self, request: Request) -> Response:
+        """The columns of the first lines, with these options of reading."""
+        from sigmatau.app.log import LogFile
+
+        recording, table = self._recording(), table_in(await read_body(request))
+        log = LogFile(path=recording.first_lines, name=recording.source.source)
+        return text_answer(await self._workbench.look(log.path, "open", log=log, table=table))
 
     async def stop(self, request: Request) -> Response:
         """End the live record."""

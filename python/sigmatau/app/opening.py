@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ from sigmatau.units import FIGURE_UNITS
 
 _MOST_COLUMNS = 512  # of a table that are listed
 _LARGEST_WHOLE = 2.0**63  # whole numbers below it are shown with all digits
+_SPARK_DIGITS = 12  # time stamps of a year in ns differ in the seventh digit
 _MOST_STRETCHES = 4000  # of an envelope
 
 
@@ -52,6 +54,7 @@ def about(*, progress: Progress) -> str:
         "terms": [{"name": name, "label": term.label("angular_rate"), "slope": term.slope} for name, term in TERMS.items()],
         "units": {quantity: list(names) for quantity, names in FIGURE_UNITS.items()},
         "stages": ["read", *STAGE_NAMES],
+        "no_pdf": "" if find_spec("typst") else "needs typst: pip install 'sigmatau[pdf]'",
     }  # fmt: skip
     return json.dumps(content)
 
@@ -82,7 +85,7 @@ def kind_of_file(*, log: LogFile, progress: Progress) -> str | None:
 
 def opened_session(*, log: LogFile, progress: Progress) -> str:
     """The log of a saved session, its options, and the target and choices of its file, as JSON."""
-    session = _session(Path(log.path).read_text(encoding="utf-8", errors="replace"))
+    session = _session(Path(log.path).read_text(encoding="utf-8-sig", errors="replace"))
     if session["log"] is None:
         raise OptionError('the session names no log: it needs a line log = "…"', option="config")
     return json.dumps({"kind": "session", **session}, default=str)
@@ -179,7 +182,7 @@ def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any])
                 else [column.first]
                 if column.first
                 else [],
-                "spark": [[number(low), number(high)] for low, high in bounds],
+                "spark": [[number(low, _SPARK_DIGITS), number(high, _SPARK_DIGITS)] for low, high in bounds],
                 "role": _role(channel),
                 "channel": channel,
                 "recognised": column.channel,

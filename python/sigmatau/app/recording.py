@@ -7,6 +7,8 @@ import json
 import threading
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.errors import DataError
@@ -44,9 +46,10 @@ class Recording:
 
         self.source = live_source
         self._stopping = False
+        self._folder = TemporaryDirectory(prefix="sigmatau-live-")
         context = multiprocessing.get_context("spawn")
         self._states, theirs = context.Pipe()
-        self._process = context.Process(target=_record, args=(theirs, live_source), daemon=True)
+        self._process = context.Process(target=_record, args=(theirs, live_source, self.first_lines), daemon=True)
         with uninterrupted():
             self._process.start()
         theirs.close()
@@ -58,6 +61,11 @@ class Recording:
         self._state = first
         self._receiver = threading.Thread(target=self._receive, daemon=True)
         self._receiver.start()
+
+    @property
+    def first_lines(self) -> str:
+        """The temporary file with the first lines, from which columns and units are chosen."""
+        return str(Path(self._folder.name) / "first-lines.csv")
 
     def _first_state(self) -> tuple[str, dict[str, Any] | None, str]:
         try:
@@ -92,7 +100,7 @@ class Recording:
 
     def stop(self) -> str | None:
         """End the record and return the path of its log; None if it was not saved."""
-        self.close()
+        self._end()
         self._receiver.join(_END)
         return self.source.log
 
@@ -108,6 +116,11 @@ class Recording:
         return self._state[0] == "recording"
 
     def close(self) -> None:
+        """End the record, and remove its temporary file."""
+        self._end()
+        self._folder.cleanup()
+
+    def _end(self) -> None:
         """End the process: it is asked to, and killed if it does not."""
         self._stopping = True
         with contextlib.suppress(OSError):
@@ -116,8 +129,8 @@ class Recording:
         self._process.kill()
 
 
-def _record(states: Connection, live_source: LiveSource) -> None:
+def _record(states: Connection, live_source: LiveSource, first_lines: str) -> None:
     """Record in this process; the server does not import what reads and analyses."""
     from sigmatau.app.watching import record
 
-    record(states, live_source)
+    record(states, live_source, first_lines)

@@ -256,11 +256,12 @@ class Workbench:
         if name == "session.toml" and result.log is not None:
             text = json.loads(result.shown)["toml"]
             return file_answer(text.encode(errors="backslashreplace"), f"{stem}.toml", "application/toml")
-        if name == "report.html":
+        if name in ("report.html", "report.pdf"):
             if result.log is not None:
                 await run_in_threadpool(self._made_charts, result)
-            body = await self.look(_key(result), "report", analysis=result.analysis, content=result.content)
-            return file_answer(body, f"{stem}.html", "text/html")
+            form = name.partition(".")[2]
+            body = await self.look(_key(result), "report", analysis=result.analysis, content=result.content, form=form)
+            return file_answer(body, f"{stem}.{form}", "text/html" if form == "html" else "application/pdf")
         if name in ("curve.csv", "coefficients.csv"):
             what = name.partition(".")[0]
             body = await self.look(_key(result), "curve", analysis=result.analysis, what=what)
@@ -278,10 +279,12 @@ class Workbench:
         target = str(body.get("target"))
         table = table_in(body, "choices")
         rest = None if body.get("inflate") is None else self.results.find(body["inflate"])
+        turn_on = None if body.get("turn_on") is None else self.find_log(table_in(body, "turn_on"))
         return text_answer(
             await self.look(
                 _key(result), "export", analysis=result.analysis, target=target, table=table,
                 rest=None if rest is None else rest.analysis, rest_name="" if rest is None else _json_name(rest),
+                turn_on=turn_on,
             )
         )  # fmt: skip
 

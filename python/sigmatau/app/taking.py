@@ -15,10 +15,12 @@ from sigmatau.analysis import Analysis
 from sigmatau.app.calls import Progress
 from sigmatau.app.controls import default_file
 from sigmatau.app.faces import finding_content, hints_content
+from sigmatau.app.log import LogFile
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import prepare
 from sigmatau.exporting.inflation import inflated
 from sigmatau.exporting.targets import target as find_target
+from sigmatau.exporting.turn_on import with_turn_on
 from sigmatau.findings.finding import Finding
 from sigmatau.plot.curves import save
 from sigmatau.reporting.content import Content, collect_content, filter_files
@@ -33,18 +35,36 @@ def _loaded(analysis: bytes) -> Analysis:
 
 
 def exported(
-    *, analysis: bytes, target: str, table: Mapping[str, Any], rest: bytes | None, rest_name: str, progress: Progress
-) -> str:
-    """The file of a target as it would be written, as JSON; `rest`: the analysis of the same sensor at rest."""
+    *, analysis: bytes, target: str, table: Mapping[str, Any], rest: bytes | None, rest_name: str,
+    turn_on: LogFile | None, progress: Progress,
+) -> str:  # fmt: skip
+    """The file of a target as it would be written, as JSON.
+
+    `rest`: the analysis of the same sensor at rest; `turn_on`: the model file of ``sigmatau compare --model``.
+    """
     check_names(table, exports=True)
     wanted = find_target(target)
     source, doubt, resting = _loaded(analysis).to_source(), "", []
     if rest is not None:
         source, doubt = inflated(source, _loaded(rest).to_source(), name=rest_name)
         resting = ["--inflate", rest_name]
+    added = [] if turn_on is None else ["--turn-on", turn_on.name]
+    if turn_on is not None:
+        source = with_turn_on(source, Path(turn_on.path))
     prepared = prepare(source, to=wanted.name, choices=Choices(**arguments(Choices, table)))
     name = default_file(wanted)
-    words = ["sigmatau", "export", "result.json", "--to", wanted.name, *option_words(table), *resting, "-o", name]
+    words = [
+        "sigmatau",
+        "export",
+        "result.json",
+        "--to",
+        wanted.name,
+        *option_words(table),
+        *resting,
+        *added,
+        "-o",
+        name,
+    ]
     warnings = [{"severity": "warning", "text": printable(doubt), "action": "", "hint": None}] if doubt else []
     content = {
         "target": wanted.name,
@@ -59,10 +79,15 @@ def _warning(finding: Finding) -> dict[str, Any]:
     return {**finding_content(finding), "hint": hints_content("".join(finding.words()))}
 
 
-def report_page(*, analysis: bytes, content: bytes | None, progress: Progress) -> bytes:
-    """The report as HTML; without densities and time series for a result that was read."""
+def report(*, analysis: bytes, content: bytes | None, form: str, progress: Progress) -> bytes:
+    """The report as HTML or PDF; without densities and time series for a result that was read."""
     result = _loaded(analysis)
     made: Content = collect_content(result, None, targets=()) if content is None else pickle.loads(content)
+    if form == "pdf":
+        from sigmatau.reporting.pdf import document, need_typst
+
+        need_typst()
+        return document(made)
     files, no_files = filter_files(result)
     return page(replace(made, files=files, no_files=no_files)).encode()
 

@@ -40,6 +40,8 @@ _LARGEST_SHARE = 0.25  # of the time that is used for states; reading and saving
 _WAIT = 0.2  # the longest wait for data before a stop is noticed [s]
 _SILENT = 5.0  # time without a line after which a port is called silent [s]
 _PIECE = 1 << 20  # of a log that is read again [bytes]
+_FIRST_LINES = 1 << 18  # size of the file of the first lines [bytes]
+_LONGEST_LINE = 300  # of the last line that is shown [characters]
 _REMAINDER = 0.3  # time after a stop in which what has already arrived is read [s]
 
 
@@ -65,8 +67,8 @@ def checked_source(
     return LiveSource(source=port, baud=baud, save=save, table=table, at_rest=False, command=command)
 
 
-def record(states: Connection, live_source: LiveSource) -> None:
-    """Record until a stop is received, the input ends, or the parent process ends."""
+def record(states: Connection, live_source: LiveSource, first_lines: str) -> None:
+    """Record until a stop is received, the input ends, or the parent process ends; `first_lines`: a new file for them."""
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of the terminal; the server ends this one
@@ -76,7 +78,7 @@ def record(states: Connection, live_source: LiveSource) -> None:
         sys.stdin = open(0, closefd=False)  # noqa: SIM115  multiprocessing has put the null device in its place
     stop = threading.Event()
     with speaking(as_options):
-        recorder = _Recorder(live_source, states.send)
+        recorder = _Recorder(live_source, states.send, _Lines(Path(first_lines)))
         threading.Thread(target=_wait_for_messages, args=(states, recorder, stop), daemon=True).start()
         state, error = "stopped", None
         try:
@@ -100,11 +102,40 @@ class _UnsavedError(DataError):
     """An error of the analysis that ends a record which is not saved; its content is already that of the state."""
 
 
+class _Lines:
+    """Keeps the first lines in a file, and the last one.
+
+    Attributes
+    ----------
+    size : int
+        Size of the file. [bytes]
+    last : str
+        The last complete line, or its beginning.
+    """
+
+    def __init__(self, path: Path) -> None:
+        path.touch()
+        self.size, self.last = 0, ""
+        self._path, self._rest = path, b""
+
+    def take(self, piece: bytes) -> None:
+        """Take a piece. A line that is longer than the file is cut."""
+        whole, end, rest = piece.rpartition(b"\n")
+        if not end:
+            self._rest = (self._rest + piece)[-_FIRST_LINES:]
+            return
+        lines, self._rest = self._rest + whole + end, rest[-_FIRST_LINES:]
+        self.last = printable(lines[:-1].rpartition(b"\n")[2][:_LONGEST_LINE].decode(errors="replace").strip())
+        if self.size < _FIRST_LINES:
+            with self._path.open("ab") as file:
+                self.size += file.write(lines[: lines.rfind(b"\n", 0, _FIRST_LINES) + 1])
+
+
 class _Recorder:
     """Takes the pieces, and sends a state when it is time to."""
 
-    def __init__(self, live_source: LiveSource, send: Callable[[tuple[str, Any, str]], None]) -> None:
-        self._source, self._send = live_source, send
+    def __init__(self, live_source: LiveSource, send: Callable[[tuple[str, Any, str]], None], lines: _Lines) -> None:
+        self._source, self._send, self._lines = live_source, send, lines
         self.table: Mapping[str, Any] | None = None  # new options of reading, that are not used yet
         self._live = _live_analysis(live_source)
         self._error: dict[str, Any] | None = None
@@ -129,6 +160,7 @@ class _Recorder:
     def take(self, piece: bytes) -> None:
         """Take a piece. Lines that cannot be analysed are saved all the same."""
         self._taken += len(piece)
+        self._lines.take(piece)
         if self.table is not None:
             self._begin_again(self.table)
         elif self._error is None:
@@ -186,7 +218,8 @@ class _Recorder:
 
     def send(self, state: str) -> None:
         """Send the state: its name, the error or None, and the content as JSON."""
-        self._send((state, self._error or self._silence(), json.dumps(content(self._live), allow_nan=False)))
+        shown = {"first_bytes": self._lines.size, "last_line": self._lines.last, **content(self._live)}
+        self._send((state, self._error or self._silence(), json.dumps(shown, allow_nan=False)))
 
     def _silence(self) -> dict[str, Any] | None:
         """The error of a port that sends nothing; it ends with the first line."""

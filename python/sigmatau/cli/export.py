@@ -15,7 +15,6 @@ from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
-from sigmatau.cli.turn_on import with_turn_on
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, not_of_a_log
 from sigmatau.exporting.export import Prepared, check_all, check_path, prepare
@@ -23,6 +22,7 @@ from sigmatau.exporting.inflation import inflated
 from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import NAMES, target
+from sigmatau.exporting.turn_on import with_turn_on
 from sigmatau.hints import worded
 from sigmatau.lab.datasheets.sheet import Datasheet, datasheet
 from sigmatau.model.channel import ChannelModel

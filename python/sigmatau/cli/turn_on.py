@@ -1,14 +1,12 @@
-"""Turn-on bias of a unit: ``sigmatau compare --model`` writes it, ``sigmatau export --turn-on`` reads it."""
+"""Turn-on bias of a unit, as ``sigmatau compare --model`` writes it."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from sigmatau.analysis.inputs import is_result, require_model
 from sigmatau.analysis.reading import read_analysis
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.source import Source
 from sigmatau.io.atomic import atomic
 from sigmatau.lab.lots.comparison import RunComparison
 from sigmatau.lab.lots.runs import ComparedRun
@@ -66,16 +64,3 @@ def _longest(runs: list[ComparedRun]) -> tuple[ComparedRun, NoiseModel]:
     if best is None:
         raise DataError(reasons[0] if reasons else "--model needs the JSON of sigmatau analyze, for the noise of a run")
     return best[1:]
-
-
-def with_turn_on(source: Source, path: Path) -> Source:
-    """Add the turn-on biases of a model file to a source. Raises `DataError` if the file has none of the channels."""
-    channels = NoiseModel.read(path).channels
-    spreads = {name: channel.turn_on for name, channel in channels.items() if channel.turn_on is not None}
-    shared = {name: spread for name, spread in spreads.items() if name in source.model.channels}
-    if not shared:
-        listed = ", ".join(spreads) or "none"
-        raise DataError(
-            f"{path}: no turn_on of a channel of the source (it has: {listed}); write it with compare --model"
-        )
-    return replace(source, model=source.model.with_turn_on(shared))

@@ -82,7 +82,7 @@ def _read_config(file: Path) -> tuple[dict[str, Any], str | None]:
     from sigmatau.typed.config import from_toml
 
     try:
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise OptionError(f"--config {file}: is not a text file", option="config") from None
     except OSError as error:

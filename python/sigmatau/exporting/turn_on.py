@@ -7,14 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
+from sigmatau.errors import DataError
 from sigmatau.exporting.choices import KINDS
+from sigmatau.exporting.source import Source
 from sigmatau.exporting.text import number
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.exporting import WideTurnOn
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.turn_on import is_wide
 
 _SMALLEST = 1e-9  # Smallest turn-on bias that the user can give [rad/s or m/s²]
@@ -96,3 +100,16 @@ def _worst(axes: Mapping[str, Number], channels: Mapping[str, ChannelModel]) -> 
     lacking = [name for name in channels if name not in axes]
     words = f"worst of {len(axes)} axes, {worst.words}" if len(axes) > 1 else worst.words
     return replace(worst, words=words + (f"; not measured for {', '.join(lacking)}" if lacking else ""))
+
+
+def with_turn_on(source: Source, path: Path) -> Source:
+    """Add the turn-on biases of a model file to a source. Raises `DataError` if the file has none of the channels."""
+    channels = NoiseModel.read(path).channels
+    spreads = {name: channel.turn_on for name, channel in channels.items() if channel.turn_on is not None}
+    shared = {name: spread for name, spread in spreads.items() if name in source.model.channels}
+    if not shared:
+        listed = ", ".join(spreads) or "none"
+        raise DataError(
+            f"{path}: no turn_on of a channel of the source (it has: {listed}); write it with compare --model"
+        )
+    return replace(source, model=source.model.with_turn_on(shared))

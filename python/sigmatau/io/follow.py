@@ -51,7 +51,7 @@ def follow(
     Raises
     ------
     DataError
-        If the source cannot be read, a file becomes shorter, or `save` exists or cannot be written.
+        If the source cannot be read, a file becomes shorter or is replaced, or `save` exists or cannot be written.
     ImportError
         If a port is to be read and pyserial is not installed.
     """
@@ -124,9 +124,21 @@ class _File:
 
     def read(self) -> bytes | None:
         piece = self.file.read(_PIECE)
-        if not piece and os.fstat(self.file.fileno()).st_size < self.file.tell():
-            raise DataError(f"{self.name}: has become shorter while it was read")
+        if not piece:
+            self._check_same()
         return piece
+
+    def _check_same(self) -> None:
+        """Raise `DataError` if the file was emptied, or replaced by a new one, as loggers do that begin a new file."""
+        followed = os.fstat(self.file.fileno())
+        if followed.st_size < self.file.tell():
+            raise DataError(f"{self.name}: has become shorter while it was read. Start again to follow its new content")
+        try:
+            replaced = not os.path.samestat(followed, os.stat(self.name))  # noqa: PTH116  Path.stat is slower
+        except OSError:  # it was renamed, and there is no new file yet
+            return
+        if replaced:
+            raise DataError(f"{self.name}: was replaced by a new file. Start again to follow the new one")
 
     def close(self) -> None:
         self.file.close()

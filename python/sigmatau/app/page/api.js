@@ -42,7 +42,7 @@ export const envelope = (source, options, range, signal) => call("POST", "envelo
 export const result = (id) => call("GET", `results/${encodeURIComponent(id)}`);
 export const charts = (id) => call("GET", `results/${encodeURIComponent(id)}/charts`);
 export const readOff = (id, body, signal) => call("POST", `results/${encodeURIComponent(id)}/read-off`, body, signal);
-export const exported = (id, target, choices, inflate) => call("POST", "export", { result: id, target, choices, inflate });
+export const exported = (id, target, choices, { inflate, turnOn }) => call("POST", "export", { result: id, target, choices, inflate, turn_on: turnOn });
 export const compare = (results) => call("POST", "compare", { results });
 export const runs = (source, unit) => call("POST", "runs", { ...source, unit });
 export const openRun = (source, run) => call("POST", "runs/open", { ...source, run });
@@ -53,6 +53,7 @@ export const live = () => call("GET", "live");
 export const ports = () => call("GET", "ports");
 export const startLive = (body) => call("POST", "live/start", body);
 export const restateLive = (options) => call("POST", "live/options", { options });
+export const liveColumns = (options) => call("POST", "live/columns", { options });
 export const stopLive = () => call("POST", "live/stop", {});
 export const fileAddress = (id, name) => new URL(`api/results/${encodeURIComponent(id)}/${name}`, BASE).href;
 

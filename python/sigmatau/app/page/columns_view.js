@@ -1,19 +1,17 @@
 // The second step: what the file contains, column by column, each changeable; and the picture of the record.
 
 import { make } from "./page.js";
-import { bdi, button, chip, choice, debounce, errorBox, field, keepFocus, announce } from "./dom.js";
+import { bdi, button, errorBox, keepFocus, announce } from "./dom.js";
 import { open } from "./api.js";
-import { session, setOpened, setOptions } from "./session.js";
-import { asPairs, assign, COMMON, sensorName, setPair, setUnit, SIGNAL, signalName, topicChanges, UNITS } from "./channels.js";
-import { sparkline } from "./sparkline.js";
+import { session, setOpened } from "./session.js";
+import { ofSession } from "./channels.js";
+import { columnTable, meanLine, readingControls } from "./column_table.js";
 import { questionBox } from "./question.js";
 import { showRecord } from "./record_chart.js";
 import { leftOutList } from "./parts.js";
 import { findingsList } from "./summary.js";
 import { text, timeUnit } from "./numbers.js";
 
-const MOST_UNUSED = 4; // columns that are not used and listed all the same
-const unfolded = new Set();
 let running = null; // the look at the file that is under way
 
 /** Show the step, and look at the file with the options of now. */
@@ -71,121 +69,8 @@ function showHead(head, opened, analyse) {
 function showBody(body, opened) {
   body.replaceChildren(
     ...(opened.question ? [questionBox(opened.question, opened)] : []),
-    readingControls(opened),
-    columnTable(opened),
+    readingControls(opened, ofSession),
+    columnTable(opened, ofSession),
     ...opened.means.map(meanLine),
     ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((finding) => ({ ...finding, message: finding.text, axes: (finding.channels ?? [finding.channel]).filter(Boolean).join(", ") })), "Nothing was found wrong with the file. The analysis checks motion, shocks and noise.")]));
-}
-
-/** Rate, topic and content of all columns. */
-function readingControls(opened) {
-  const { options, about: { labels } } = session;
-  const rate = make("input", { type: "text", size: 10, value: typeof options.rate === "object" ? Object.entries(options.rate).map((pair) => pair.join("=")).join(",") : options.rate ?? "", placeholder: opened.rate_hz ? text(opened.rate_hz, 5) : "", onchange: () => setOptions({ rate: rate.value.trim() }) });
-  rate.dataset.focus = "rate";
-  const input = choice("Content of the columns", [["rate", "rates"], ["increments", "increments per sample"], ["accumulated", "accumulated angle and velocity"]], options.input ?? "rate", (value) => setOptions({ input: value === "rate" ? undefined : value }));
-  input.dataset.focus = "input";
-  const parts = [field(labels.rate, rate), field(labels.input, input)];
-  if (opened.topics?.length) {
-    parts.unshift(topicControl(opened.topics));
-  }
-  for (const [option, label, sensors] of [["scale", "Scale of", ["gyro", "accel"]]]) {
-    const used = new Set(opened.columns.map((column) => column.channel).filter(Boolean).map(sensorName));
-    for (const sensor of sensors.filter((name) => used.has(name))) {
-      const value = make("input", { type: "text", size: 8, value: asPairs(options[option])[sensor] ?? "", placeholder: "1", onchange: () => setPair(option, sensor, value.value.trim()) });
-      value.dataset.focus = `${option}-${sensor}`;
-      parts.push(field(`${label} ${sensor}`, value));
-    }
-  }
-  return make("div", { className: "row reading" }, ...parts);
-}
-
-/** The topic that is read, of a file with several. */
-function topicControl(topics) {
-  const stated = String(session.options.topic ?? ""), read = topics.filter(({ chosen }) => chosen).map(({ name }) => name);
-  const recognised = read.length ? `as recognised${stated ? "" : `: ${read.join(", ")}`}` : "not chosen yet";
-  const entries = topics.map(({ name, rate_hz: rate }) => [name, `${name}${rate ? ` (${text(rate)} Hz)` : ""}`]);
-  if (stated && !topics.some(({ name }) => name === stated)) entries.unshift([stated, stated]);
-  const select = choice("Topic", [["", recognised], ...entries], stated, (topic) => setOptions(topicChanges(topic)));
-  select.dataset.focus = "topic";
-  return field("Topic", select, read.length > 1 ? "Several topics are read. Changing the use of a column reads its topic alone." : "");
-}
-
-function columnTable(opened) {
-  const heads = ["#", "Column", "First values", "Values", "Use as", "Unit", "What the values say"];
-  const used = opened.columns.filter((column) => column.channel), unused = opened.columns.filter((column) => !column.channel);
-  const folded = used.length && unused.length > MOST_UNUSED && !unfolded.has(session.name);
-  const makeRow = (column) => columnRow(column, opened);
-  const rows = (folded ? used : opened.columns).map(makeRow);
-  const unfold = button(`Show ${unused.length} columns that are not used`, () => { unfolded.add(session.name); unfold.hidden = true; made.querySelector("tbody").append(...unused.map(makeRow)); }, { hidden: !folded });
-  const [first, ...further] = new Set(opened.columns.map(({ topic }) => topic));
-  const caption = opened.topics.length > 1 && !further.length ? [make("p", { className: "about" }, "Columns of the topic ", bdi(first))] : [];
-  const made = make("div", {}, ...caption, make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Columns of the file" },
-    make("table", { className: "column-table" },
-      make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
-      make("tbody", {}, ...rows)),
-    ...Object.entries(UNITS).map(([sensor, units]) => make("datalist", { id: `units-${sensor}` }, ...units.map((unit) => make("option", { value: unit }))))), unfold);
-  return made;
-}
-
-function columnRow(column, { columns, rate_hz: rate, topics }) {
-  const shown = (value) => (typeof value === "number" ? text(value, 3) : String(value ?? "–"));
-  const cell = (label, ...children) => { const made = make("td", {}, ...children); made.dataset.label = label; return made; };
-  return make("tr", { className: column.channel ? "" : "unused" },
-    cell("#", String(column.number)),
-    make("th", { scope: "row" }, bdi(column.name || `column ${column.number}`), ...(column.topic && columns.some(({ topic }) => topic !== column.topic) ? [make("small", { className: "topic" }, bdi(column.topic))] : [])),
-    cell("First values", bdi((column.values ?? []).slice(0, 2).map(shown).join(", "))),
-    cell("Values", sparkline(column.spark ?? [], `Values of ${column.name}`)),
-    cell("Use as", roleChoice(column, columns, topics)),
-    cell("Unit", ...(column.channel ? [unitField(column, columns)] : [])),
-    cell("What the values say", ...valuesText(column, rate)));
-}
-
-function roleChoice(column, columns, topics) {
-  const entries = [["", "not used"], ...COMMON.map((name) => [name, name.replace("_", " ")])];
-  if (column.channel && !COMMON.includes(column.channel)) entries.push([column.channel, column.channel.replace(/^(gyro|accel)_/, "$1 ")]);
-  entries.push([SIGNAL, "another signal"]);
-  const select = choice(`Use of ${column.name}`, entries, column.channel ?? "", (value) => assign(columns, column, value === SIGNAL ? signalName(column) : value, topics));
-  select.dataset.focus = `role-${columns.indexOf(column)}`;
-  return select;
-}
-
-function unitField(column, columns) {
-  const sensor = sensorName(column.channel);
-  const input = make("input", { type: "text", size: 8, value: column.unit ?? "", ariaLabel: `Unit of ${column.channel}`, placeholder: "missing", className: column.unit ? "" : "wanted" });
-  if (UNITS[sensor]) input.setAttribute("list", `units-${sensor}`);
-  input.onchange = debounce(() => setUnit(columns, column, input.value), 0);
-  input.dataset.focus = `unit-${columns.indexOf(column)}`;
-  const how = { stated: "stated", given: "given by you", guessed: "guessed" }[column.unit_how];
-  return make("span", { className: "unit" }, input, ...(how ? [make("small", {}, how)] : []));
-}
-
-function valuesText(column, rate) {
-  const parts = [];
-  const unit = (column.unit_si ?? "").replace("^2", "²");
-  if (column.mean_si !== null && column.mean_si !== undefined) parts.push(`mean ${text(column.mean_si, 4)} ${unit}`);
-  if (column.peak_to_peak !== null && column.peak_to_peak !== undefined) parts.push(`peak to peak ${text(column.peak_to_peak)} ${unit}`);
-  if (column.rate_hz && column.rate_hz !== rate) parts.push(`${text(column.rate_hz, 4)} Hz`);
-  if (column.gaps) parts.push(`${column.gaps} gap${column.gaps > 1 ? "s" : ""}`);
-  else if (column.missing) parts.push(`${column.missing} missing`);
-  if (column.remark) parts.push(column.remark);
-  return parts.length ? [make("span", { className: "says" }, parts.join(" · "))] : [];
-}
-
-const MEANS = { // words of the verdicts on a mean: mark, its kind, advice
-  gravity: ["gravity", "good", ""],
-  gravity_removed: ["without gravity", "partial", " Gravity was subtracted; record the raw output of the sensor if possible."],
-  not_gravity: ["not gravity", "partial", " Check units, scale and columns."],
-  offset: ["offset", "good", ""],
-  large_offset: ["large offset", "partial", " Check unit, scale and columns, and that the sensor is at rest."],
-  other_unit: ["unit", "partial", ""],
-};
-
-/** The mean vector of a sensor: gravity, or the offset of a gyroscope, if unit and columns are right. */
-function meanLine({ quantity, length, expected, unit, verdict, likely }) {
-  const isGyro = quantity === "angular_rate", size = (value, digits) => (isGyro ? `${text((value * 180) / Math.PI, digits)} deg/s` : `${text(value, digits)} ${unit.replace("^2", "²")}`);
-  const fact = isGyro
-    ? ` The mean of the gyroscope is ${size(length, 3)}; at rest it is the offset of the sensor, usually below ${size(expected, 3)}.`
-    : ` The mean of the accelerometer is ${size(length, 4)}; gravity is ${size(expected, 3)}.`;
-  const [mark, kind, advice] = MEANS[verdict];
-  return make("p", { className: isGyro ? "rotation" : "gravity" }, chip(mark, kind), fact, likely ? ` The unit is probably ${likely.replace("^2", "²")}.` : advice);
 }

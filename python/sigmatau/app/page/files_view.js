@@ -4,13 +4,14 @@ import { make } from "./page.js";
 import { config, exported, fileAddress } from "./api.js";
 import { bdi, button, chip, choice, copy, errorBox, field, keepFocus } from "./dom.js";
 import { offered, optionControls, placedChoices } from "./export_options.js";
-import { allResults } from "./comparison.js";
+import { allResults, allSpecifications } from "./comparison.js";
 import { session, setTaken } from "./session.js";
 import { save } from "./saving.js";
 
 let again = () => {}; // shows the controls and the file of the step on screen
 const DOWNLOADS = [
   ["report.html", "Report", "all figures and tables in one page that opens offline"],
+  ["report.pdf", "Report, PDF", "to print and to sign"],
   ["figure.svg", "Figure, SVG", "the Allan deviation of all axes"],
   ["figure.png", "Figure, PNG", "the same as pixels"],
   ["curve.csv", "Curves, CSV", "averaging times, deviations and intervals in SI units"],
@@ -20,7 +21,7 @@ const DOWNLOADS = [
 
 /** Show the step. */
 export function showFiles(view) {
-  const preview = make("div", { className: "preview" }), options = make("div", { className: "file-options" }), saved = make("div");
+  const preview = make("div", { className: "preview" }), options = make("aside", { ariaLabel: "Options of the file" }), saved = make("div");
   again = () => {
     keepFocus(options, () => showOptions(options));
     showSession(saved);
@@ -29,7 +30,7 @@ export function showFiles(view) {
   view.replaceChildren(
     make("div", { className: "head" }, make("div", {}, make("h1", {}, "Take away"), make("p", { className: "about" }, bdi(session.result.summary.title)))),
     make("section", { ariaLabel: "Report, figures and tables" }, make("h2", {}, "Report, figures, tables"), downloads()),
-    make("section", { ariaLabel: "Files of other programs" }, make("h2", {}, "Values for a filter or a simulator"), make("div", { className: "exports" }, targetList(), preview, make("aside", { ariaLabel: "Options of the file" }, make("h3", {}, "Options of the file"), options))),
+    make("section", { ariaLabel: "Files of other programs" }, make("h2", {}, "Values for a filter or a simulator"), make("div", { className: "exports" }, targetList(), preview, options)),
     make("section", { ariaLabel: "Session" }, make("h2", {}, "This session"), saved));
   return again();
 }
@@ -39,20 +40,21 @@ export function fileChanged() {
   if (session.step === "files") again();
 }
 
-function targetNow() {
-  const { targets } = session.about;
-  return targets.find(({ name }) => name === session.taken.target) ?? targets[0];
-}
+/** The chosen target; undefined before one is chosen. */
+const targetNow = () => session.about.targets.find(({ name }) => name === session.taken.target);
 
 /** The file as the command line and the session state it, once a target was chosen. */
 export function fileOptions() {
-  if (!session.taken.target) return {};
   const target = targetNow();
+  if (!target) return {};
   return { target: target.name, choices: placedChoices(target, session.taken.choices) };
 }
 
 function downloads() {
-  return make("ul", { className: "downloads" }, ...DOWNLOADS.map(([name, title, what]) => make("li", {}, make("a", { href: fileAddress(session.id, name), download: "" }, title), make("small", {}, what))));
+  return make("ul", { className: "downloads" }, ...DOWNLOADS.map(([name, title, what]) => {
+    const obstacle = name === "report.pdf" ? session.about.no_pdf : "";
+    return make("li", {}, obstacle ? make("b", {}, title) : make("a", { href: fileAddress(session.id, name), download: "" }, title), make("small", {}, obstacle ? `not here: ${obstacle}` : what));
+  }));
 }
 
 function targetList() {
@@ -70,10 +72,10 @@ function setChoice(name, value) {
 }
 
 function showOptions(place) {
-  const sensors = session.result.charts.sensors.map((sensor) => sensor.name);
-  const radio = document.querySelector(`.targets [value="${targetNow().name}"]`);
-  if (radio) radio.checked = true; // also after undo
-  place.replaceChildren(...optionControls(targetNow(), sensors, session.taken.choices, setChoice), ...restControl());
+  const target = targetNow(), sensors = session.result.charts.sensors.map((sensor) => sensor.name);
+  for (const radio of document.querySelectorAll(".targets input")) radio.checked = radio.value === target?.name; // also after undo
+  place.hidden = !target;
+  if (target) place.replaceChildren(make("h3", {}, "Options of the file"), ...optionControls(target, sensors, session.taken.choices, setChoice), ...restControl(), ...turnOnControl());
 }
 
 /** The results that are compared, without the one on screen. */
@@ -88,23 +90,37 @@ function restControl() {
   return [make("div", { className: "option" }, field("Inflate", select), make("small", {}, "The result of the same sensor at rest, if this one is beside motors: the file states the factors over it as comments."))];
 }
 
+/** Models that were opened as files: those of `sigmatau compare --model` have the turn-on biases of a unit. */
+const modelFiles = () => allSpecifications().filter(({ from }) => !from.named.name);
+
+/** The model file with the turn-on biases. */
+function turnOnControl() {
+  const models = modelFiles().map(({ key, name }) => [key, name]);
+  const select = choice("Turn-on biases", [["", models.length ? "not added" : "no model file is open"], ...models], session.taken.turnOn ?? "", (key) => setTaken({ turnOn: key || undefined }));
+  select.dataset.focus = "export-turn-on";
+  select.disabled = !models.length;
+  return [make("div", { className: "option" }, field("Turn-on biases", select), make("small", {}, "Spread of the offset between power-ups: the model file that sigmatau compare --model writes. Open it in step 1."))];
+}
+
 async function showFile(preview) {
   const { taken, id } = session, target = targetNow();
+  if (!target) return preview.replaceChildren(make("p", { className: "none" }, "Choose a program from the list: the file that it reads is shown here, with its warnings."));
   preview.setAttribute("aria-busy", "true");
   let file;
   try {
-    file = await exported(id, target.name, placedChoices(target, taken.choices), restResults().find(({ key }) => key === taken.inflate)?.key);
+    file = await exported(id, target.name, placedChoices(target, taken.choices), { inflate: restResults().find(({ key }) => key === taken.inflate)?.key, turnOn: modelFiles().find(({ key }) => key === taken.turnOn)?.from.named });
   } catch (error) {
     if (taken === session.taken) preview.replaceChildren(errorBox(error), ...offers(error.hints, target));
-    return;
+    return undefined;
   } finally {
     if (taken === session.taken) preview.removeAttribute("aria-busy");
   }
-  if (taken !== session.taken) return;
+  if (taken !== session.taken) return undefined;
   preview.replaceChildren(
     ...(file.warnings.length ? [make("ul", { className: "findings" }, ...file.warnings.map((note) => noteRow(note, target)))] : []),
     ...file.files.map(filePreview),
     make("p", { className: "about" }, "The same from the saved JSON: ", make("code", {}, file.command)));
+  return undefined;
 }
 
 const SEVERITIES = { error: "Error", warning: "Warning", info: "Note" };

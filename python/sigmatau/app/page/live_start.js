@@ -6,7 +6,7 @@ import { announce, bdi, button, errorBox, field } from "./dom.js";
 import { showFolder } from "./open_view.js";
 
 const SPEEDS = [9600, 57600, 115200, 230400, 460800, 921600, 1000000, 2000000]; // usual ones [bit/s]
-const stated = { port: "", baud: "115200", rate: "", channels: "", unit: "" }; // is kept while the page is open
+const stated = { port: "", baud: "115200" }; // is kept while the page is open
 
 /** The form that starts a record; `begun` is called with its first state, `folder` is where it is saved, or null. */
 export function startForm(folder, begun) {
@@ -36,8 +36,7 @@ function portForm(folder, choices, start) {
   const save = make("input", { type: "text", size: 28, value: folder ? newName() : "", disabled: !folder });
   const connect = (event) => {
     event.preventDefault();
-    const { rate, channels, unit } = stated, options = Object.fromEntries(Object.entries({ rate, channels, unit }).filter(([, value]) => value));
-    start({ port: stated.port, baud: Number(stated.baud) || 0, save: save.value.trim() || null, options }, "Connected");
+    start({ port: stated.port, baud: Number(stated.baud) || 0, save: save.value.trim() || null, options: {} }, "Connected");
   };
   listPorts(choices, port);
   return make("form", { className: "drop port", onsubmit: connect },
@@ -47,9 +46,7 @@ function portForm(folder, choices, start) {
     make("datalist", { id: "speeds" }, ...SPEEDS.map((speed) => make("option", { value: String(speed) }))),
     field("Save as", save, folder ? "" : "Nothing is saved: sigmatau app was started without a folder."),
     ...(folder ? [make("p", { className: "path" }, "in ", bdi(folder))] : []),
-    make("details", { open: Boolean(stated.rate || stated.channels || stated.unit) }, make("summary", {}, "Rate, columns and units, if the lines do not state them"),
-      make("div", { className: "row" }, field("Sampling rate [Hz]", input("rate", { size: 8 })), field("Columns", input("channels", { size: 20, placeholder: "gyro=1:3,accel=4:6" })), field("Units", input("unit", { size: 20, placeholder: "gyro=deg/s,accel=g" }))),
-      make("p", { className: "about" }, "What is missing is asked for when the first lines have arrived.")),
+    make("p", { className: "about" }, "Columns, units and rate are chosen when the first lines have arrived."),
     make("p", {}, make("button", { type: "submit", className: "primary", id: "connect" }, "Connect")));
 }
 

@@ -3,8 +3,9 @@
 import { content, make, setContent } from "./page.js";
 import { drop, figures, fill } from "./frame.js";
 import { live, restateLive, stopLive } from "./api.js";
-import { announce, bdi, button, chip, errorBox, nameOfPath } from "./dom.js";
+import { announce, bdi, button, chip, errorBox, isEmpty, nameOfPath } from "./dom.js";
 import { linkedKinds, liveSeries } from "./kinds.js";
+import { columnChoice } from "./live_columns.js";
 import { startForm } from "./live_start.js";
 import { questionBox } from "./question.js";
 import { findingsList, overviewTable } from "./summary.js";
@@ -33,14 +34,16 @@ export async function showLive(view, { folder, opened, command }) {
 function showRecord(view, first, { folder, opened, command }) {
   const parts = { title: make("h1", {}, "Live"), headline: make("p", { className: "headline" }), actions: make("div", { className: "row" }), notes: make("div"), outlooks: make("ul", { className: "outlooks" }), table: make("div"), findings: make("div") };
   const charts = { deviation: make("div", { className: "charts" }), series: make("div", { className: "charts" }) };
+  const shown = { state: "", drawn: {} };
+  let last = first;
+  const columns = columnChoice(restate);
   const sections = {
     summary: section("summary", "Coefficients so far", parts.outlooks, parts.table),
     deviation: section("deviation", "Allan deviation so far", charts.deviation),
     series: section("series", "Last minutes", charts.series),
     findings: section("findings", "Findings so far", parts.findings),
   };
-  view.replaceChildren(make("div", { className: "head" }, make("div", {}, parts.title, parts.headline), parts.actions), parts.notes, ...Object.values(sections));
-  const shown = { state: "", drawn: {} };
+  view.replaceChildren(make("div", { className: "head" }, make("div", {}, parts.title, parts.headline), parts.actions), parts.notes, columns.element, ...Object.values(sections));
   const look = async () => {
     let state;
     try {
@@ -53,7 +56,9 @@ function showRecord(view, first, { folder, opened, command }) {
   };
 
   function take(state) {
+    last = state;
     showState(state);
+    columns.update(state);
     showNumbers(state);
     if (state.state === "recording") setTimeout(look, EVERY);
   }
@@ -70,22 +75,29 @@ function showRecord(view, first, { folder, opened, command }) {
     const again = button("Record again…", () => view.replaceChildren(parts.title, startForm(folder, (begun) => showRecord(view, begun, { folder, opened, command }))), { id: "record-again" });
     if (state === "recording") parts.actions.replaceChildren(button(path && !error ? "Stop and analyse" : "Stop", stop, { className: "primary", id: "stop-live" }));
     else parts.actions.replaceChildren(...(path ? [open] : []), again);
-    parts.notes.replaceChildren(...problemParts(error, state, options), make("p", { className: "about" }, ...noteParts(state, path, error)));
+    parts.notes.replaceChildren(...problemParts(error, { state, path, options }), make("p", { className: "about" }, ...noteParts(state, path, error)));
+  }
+
+  /** Read the lines with other options: those that arrive, or after the end those of the log. */
+  async function restate(changes) {
+    const stated = Object.fromEntries(Object.entries({ ...last.options, ...changes }).filter(([, value]) => !isEmpty(value)));
+    if (last.state !== "recording") return openLog(last.path, stated);
+    try {
+      const { options } = await restateLive(stated);
+      last = { ...last, options };
+      columns.update(last);
+    } catch (refusal) {
+      parts.notes.prepend(errorBox(refusal));
+    }
+    return undefined;
   }
 
   /** An error in words; a question with its choices, whose answers are used at once. */
-  function problemParts(error, state, options) {
+  function problemParts(error, { state, path, options }) {
     if (!error) return [];
-    if (state !== "recording" || !error.hint) return [errorBox(error)];
-    const change = async (changes) => {
-      try {
-        await restateLive({ ...options, ...changes });
-      } catch (refusal) {
-        parts.notes.prepend(errorBox(refusal));
-      }
-    };
+    if (!error.hint || (state !== "recording" && !path)) return [errorBox(error)];
     const words = (error.question ?? error.message).replace(/^(.*?: )?(?=(has|does|is|contains|states) )/, "The input ");
-    return [questionBox({ ...error, question: words }, null, { all: () => options, change })];
+    return [questionBox({ ...error, question: words }, null, { all: () => options, change: restate, hasTable: true })];
   }
 
   const openLog = (path, options) => opened({ source: { path }, name: nameOfPath(path), options, kind: "log", isAnalysed: true });

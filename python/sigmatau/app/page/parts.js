@@ -10,7 +10,7 @@ const MOST_ROWS = 40; // stretches that are listed
 /** Why samples were not analysed: in words, and the cause that --keep names for it. */
 const REASONS = {
   missing: ["not recorded"], window: ["outside the window"], left_out: ["left out by you"], partly_at_rest: ["in motion"], not_at_rest: ["in motion"],
-  spikes: ["spike", "spikes"], not_static: ["knock", "shocks"], start_transient: ["start-up", "start"], dropout: ["dropout", "dropouts"], saturation: ["saturated", "saturation"],
+  spikes: ["spike", "spikes"], not_static: ["shock", "shocks"], start_transient: ["start-up", "start"], dropout: ["dropout", "dropouts"], saturation: ["saturated", "saturation"],
   stuck_samples: ["stuck value", "stuck"], interpolated: ["interpolated", "interpolated"], copied_stretch: ["copied stretch", "copies"],
 };
 const reasonText = (why) => REASONS[why]?.[0] ?? why.replaceAll("_", " ");
@@ -78,15 +78,14 @@ export function leftOutList(result) {
   }
   const counts = new Map();
   for (const stretch of stretches) counts.set(stretch.why, (counts.get(stretch.why) ?? 0) + 1);
-  place.append(make("p", {}, [...counts].map(([why, count]) => `${count} × ${reasonText(why)}`).join(", ")));
   for (const [why, count] of counts)
-    if (cause(why) && count > 1) place.append(make("p", {}, button(`Restore all: ${reasonText(why)}`, () => keep(cause(why)))));
+    place.append(make("p", { className: "row" }, make("span", {}, `${count} × ${reasonText(why)}`), ...(cause(why) && count > 1 ? [button("Restore all", () => keep(cause(why)), { ariaLabel: `Restore all: ${reasonText(why)}`, className: "small" })] : [])));
   const rows = stretches.slice(0, MOST_ROWS).map((stretch) => make("tr", {},
-    make("td", {}, spanText(stretch)),
-    make("td", {}, reasonText(stretch.why), make("small", {}, bdi(channelsText(stretch.channels, result)))),
+    make("td", {}, spanText(stretch), make("small", {}, bdi(channelsText(stretch.channels, result)))),
+    make("td", {}, reasonText(stretch.why)),
     make("td", {}, ...restoreButton(stretch, stretches, stated))));
   place.append(make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Stretches that are not analysed" },
-    make("table", {}, make("thead", {}, make("tr", {}, ...["Time", "Why, channels", "Change"].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
+    make("table", {}, make("thead", {}, make("tr", {}, ...["Time, channels", "Why", "Change"].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
   if (stretches.length > MOST_ROWS) place.append(make("p", { className: "none" }, `${stretches.length - MOST_ROWS} more are not listed.`));
   return place;
 }
@@ -130,10 +129,10 @@ function restoreButton(stretch, stretches, stated) {
   if (stretch.why === "left_out") {
     const middle = (stretch.from_s + stretch.to_s) / 2;
     const text = stretch.text ?? stated.find((range) => { const ends = asEnds(range); return ends.from_s <= middle && middle <= ends.to_s; });
-    return text ? [button("Restore", () => setOptions({ "leave-out": stated.filter((range) => range !== text) }), { ariaLabel: label })] : [];
+    return text ? [button("Restore", () => setOptions({ "leave-out": stated.filter((range) => range !== text) }), { ariaLabel: label, className: "small" })] : [];
   }
   if (!cause(stretch.why)) return [];
-  return [button("Restore", () => keep(`${seconds(stretch.from_s)}:${seconds(stretch.to_s)}`), { ariaLabel: label, title: "--keep" })];
+  return [button("Restore", () => keep(`${seconds(stretch.from_s)}:${seconds(stretch.to_s)}`), { ariaLabel: label, title: "--keep", className: "small" })];
 }
 
 /** Keep a cause, or what lies in some times, in the analysis. */

@@ -2,16 +2,14 @@
 
 import { make } from "./page.js";
 import { bdi, button } from "./dom.js";
-import { session, setOptions } from "./session.js";
-import { asPairs, sensorName, topicChanges, UNITS } from "./channels.js";
+import { session } from "./session.js";
+import { asPairs, ofSession, sensorName, topicChanges, UNITS } from "./channels.js";
 import { text } from "./numbers.js";
 
 const optionLabel = (option) => session.about.labels[option] ?? option.replaceAll("_", " ");
 const PLACEHOLDER = /^(HZ|N|N:N|[A-Z]+|…|\.\.\.)$/; // a word in capitals stands for a value
 
-const ofSession = { all: () => session.options, change: setOptions };
-
-/** The question of a log or of an error as a box with its choices; `opened` has the topics, `options` takes the answers. */
+/** The question of a log or of an error as a box with its choices; `opened` has the topics, `options` takes the answers and says whether the columns are in a table below (`hasTable`). */
 export function questionBox(question, opened, options = ofSession) {
   const hints = distinct([question.hint ?? question.hints ?? []].flat());
   const topics = opened?.topics ?? [];
@@ -21,9 +19,9 @@ export function questionBox(question, opened, options = ofSession) {
     make("p", {}, sentence(question.question ?? question.message)),
     ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
     ...(isTopic ? [topicChoices(topics, hints.filter(isPair).map(({ value }) => value), options)] : []),
+    ...(options.hasTable && hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Choose the use of each column in the table below, or state it here:")] : []),
     ...mappingChoices(hints.filter(isMapping), options),
-    ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map((hint) => hintChoice(hint, options)),
-    ...(options === ofSession && hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Or choose the use of each column in the table below.")] : []));
+    ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map((hint) => hintChoice(hint, options)));
 }
 
 /** Hints without repetition: a message can name an option in each of its choices. */
@@ -44,7 +42,7 @@ function topicChoices(topics, pairs, options) {
     const facts = [rate ? `${text(rate)} Hz` : "", count ? `${count} rows` : "", signals(channels)];
     rows.push(topicChoice([name], facts.filter(Boolean).join(" · "), options));
   }
-  return make("ul", { className: "choices" }, ...pairs.map((names) => topicChoice(names, "one device", options)), ...rows);
+  return make("ul", { className: "entries" }, ...pairs.map((names) => topicChoice(names, "one device", options)), ...rows);
 }
 
 /** The signals among channels, each once. */
@@ -52,7 +50,7 @@ const signals = (channels) => [...new Set(channels)].filter((name) => name !== "
 
 function topicChoice(names, facts, options) {
   const name = names.join(" and "), read = () => options.change(topicChanges(names.length > 1 ? names : names[0]));
-  return make("li", {}, button("Read", read, { ariaLabel: `Read topic ${name}` }), " ", make("b", {}, bdi(name)), " ", make("small", {}, facts));
+  return make("li", {}, make("button", { type: "button", className: "entry", onclick: read, ariaLabel: `Read topic ${name}${facts ? `, ${facts}` : ""}` }, make("b", {}, bdi(name)), make("small", {}, facts)));
 }
 
 const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && !Array.isArray(value);

@@ -3,7 +3,7 @@
 import { make } from "./page.js";
 import { button, checkbox, choice, field } from "./dom.js";
 import { session, setOptions } from "./session.js";
-import { asPairs, setPair } from "./channels.js";
+import { asPairs, ofSession, setPair } from "./channels.js";
 
 const METHODS = [["likelihood", "likelihood of the spectrum"], ["gls", "least squares on the curve"], ["read-off", "read-off of the paper"]];
 const GRIDS = [["octave", "octaves"], ["half", "half octaves"], ["quarter", "quarter octaves"], ["eighth", "eighth octaves"], ["all", "all"]];
@@ -48,7 +48,7 @@ function bandwidths() {
   const sensors = [...new Set(Object.keys(session.result?.charts.channels ?? {}).map((name) => name.split("_")[0]))].filter((name) => ["gyro", "accel"].includes(name));
   const stated = asPairs(session.options.bandwidth);
   return sensors.map((sensor) => {
-    const input = make("input", { type: "text", size: 10, value: stated[sensor] ?? "", placeholder: "unknown", onchange: () => setPair("bandwidth", sensor, input.value.trim()) });
+    const input = make("input", { type: "text", size: 10, value: stated[sensor] ?? "", placeholder: "unknown", onchange: () => setPair(ofSession, "bandwidth", sensor, input.value.trim()) });
     input.dataset.focus = `bandwidth-${sensor}`;
     return field(session.about.labels.bandwidth.replace("sensor", sensor), input, "bandwidth of the datasheet: 30Hz, 30Hz/2");
   });

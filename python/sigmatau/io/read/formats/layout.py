@@ -88,6 +88,8 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
     lines, arrow = without_arrows(split_lines(text, skip))
     rows = [line for line in lines if not line.comment]
     if not rows:
+        if not data and not skip:
+            raise DataError("is empty: no line has arrived")
         what = "comments and blank lines" if lines else "blank lines"
         if whole and text.count("\n") < LINES:
             raise DataError(f"has only {what}")

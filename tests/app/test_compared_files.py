@@ -67,6 +67,30 @@ def test_a_store_is_opened(page, stored):
     assert page.post("api/runs", path=str(stored), unit="C").json()["runs"] == []
 
 
+def test_a_store_of_a_url(tmp_path):
+    """A store is named by its place on the command line; its password is not shown."""
+    from workbench_served import Page, serving
+
+    from sigmatau.app.files import Roots
+    from sigmatau.app.routes import Workbench
+
+    workbench = Workbench(Roots([], ["postgresql://me:secret@127.0.0.1:1/lab?connect_timeout=2"]), max_upload=10**6)
+    try:
+        with serving(workbench) as client:
+            page = Page(client, tmp_path)
+            (entry,) = page.get("api/files").json()["entries"]
+            assert (entry["kind"], entry["store"], entry["path"]) == ("store", 0, None)
+            assert entry["name"] == "postgresql://me:…@127.0.0.1:1/lab?connect_timeout=2"
+            refused = page.post("api/open", store=0)
+            assert refused.status_code == 422
+            assert "secret" not in refused.text
+            assert page.post("api/open", store=1).status_code == 404
+            assert page.post("api/open", store="postgresql://me@127.0.0.1/lab").status_code == 404
+            assert page.post("api/open", path="postgresql://me@127.0.0.1/lab").status_code == 404
+    finally:
+        workbench.close()
+
+
 def test_a_run_against_a_log(page, stored, result):
     """The difference of a stored run and a new log is that of the two results."""
     runs = page.post("api/runs", path=str(stored), unit="A1").json()["runs"]

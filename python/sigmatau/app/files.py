@@ -6,7 +6,7 @@ import re
 import secrets
 import shutil
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,9 +24,12 @@ class Roots:
     ----------
     places : iterable of Path
         Folders, and files alone.
+    stores : sequence of str
+        URLs of stores. The page names them by their place in this list, and does not see their passwords.
     """
 
-    def __init__(self, places: Iterable[Path]) -> None:
+    def __init__(self, places: Iterable[Path], stores: Sequence[str] = ()) -> None:
+        self._stores = tuple(stores)
         self.places: tuple[Path, ...] = tuple(dict.fromkeys(place.resolve() for place in places))
 
     def find(self, path: object) -> Path:
@@ -44,6 +47,18 @@ class Roots:
         if not exists:
             raise refused
         return resolved
+
+    def find_store(self, number: object) -> tuple[str, str]:
+        """URL of a store, and the URL without its password; raises `CallError`."""
+        if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < len(self._stores):
+            raise missing("no such store was named at the start of this workbench")
+        return self._stores[number], self.stores[number]
+
+    @property
+    def stores(self) -> list[str]:
+        """URLs of the stores without their passwords."""
+        hidden = (re.sub(r"(://[^:/@]*):.*@", r"\1:…@", url) for url in self._stores)
+        return [re.sub(r"([?&]password=)[^&]*", r"\1…", url) for url in hidden]
 
     def new_file(self, name: str) -> Path:
         """The place of a new file in the first folder; raises `CallError` for the name of a path."""

@@ -28,9 +28,13 @@ def listed(*, folder: str, parent: str | None, progress: Progress) -> str:
     return json.dumps(content)
 
 
-def named(*, places: Sequence[str], progress: Progress) -> str:
-    """The folders and files of the command line, as entries of a folder without a path."""
+def named(*, places: Sequence[str], stores: Sequence[str], progress: Progress) -> str:
+    """The folders, files and stores of the command line, as entries of a folder without a path."""
     entries = [entry for place in places if (entry := _entry(Path(place))) is not None]
+    entries += [
+        {"name": url, "path": None, "store": number, "kind": "store", "bytes": None, "modified": None}
+        for number, url in enumerate(stores)
+    ]
     return json.dumps({"path": None, "parent": None, "entries": entries, "more": 0})
 
 

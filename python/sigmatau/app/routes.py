@@ -127,7 +127,8 @@ class Workbench:
         """The files of a folder; without a path the folders of the command line."""
         path = request.query_params.get("path")
         if not path:
-            return text_answer(await self.look(None, "named", places=list(map(str, self.roots.places))))
+            places = list(map(str, self.roots.places))
+            return text_answer(await self.look(None, "named", places=places, stores=self.roots.stores))
         place = self.roots.find(path)
         if not place.is_dir():
             raise missing(f"{path}: is not a folder")
@@ -163,7 +164,7 @@ class Workbench:
         body = await read_body(request)
         threading.Thread(target=self.analyses.warm, daemon=True).start()  # an analysis usually follows
         log = self.find_log(body)
-        kind = await self.look(None, "kind", log=log)
+        kind = "store" if body.get("store") is not None else await self.look(None, "kind", log=log)
         if kind == "result":
             parts = await self.look(log.path, "read_result", log=log)
             return json_answer({"kind": kind, "result": self.results.add(Result(**parts, name=log.name))})
@@ -289,9 +290,12 @@ class Workbench:
         )  # fmt: skip
 
     def find_log(self, body: Mapping[str, Any]) -> Any:  # noqa: ANN401  a LogFile
-        """The log that a body names, by `file` or `path`."""
+        """The log that a body names, by `file` or `path`; or a store of the command line, by `store`."""
         from sigmatau.app.log import LogFile
 
+        if body.get("store") is not None:
+            url, name = self.roots.find_store(body["store"])
+            return LogFile(path=url, name=name)
         if body.get("file") is not None:
             upload = self.uploads.find(body["file"])
             return LogFile(path=str(upload.path), name=upload.name)

@@ -6,7 +6,7 @@ import importlib.util
 import secrets
 import socket
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from sigmatau.errors import DataError
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
 
+    from sigmatau.app.files import Roots
     from sigmatau.app.recording import Recording
     from sigmatau.app.routes import Workbench
 
@@ -42,6 +43,7 @@ def guarded(workbench: Workbench, *, token: str, port: int) -> ASGIApp:
 def serve(
     places: Iterable[Path],
     *,
+    stores: Sequence[str] = (),
     port: int = 0,
     max_upload: int = MAX_UPLOAD,
     recording: Recording | None = None,
@@ -53,6 +55,8 @@ def serve(
     ----------
     places : iterable of Path
         Folders and files that the page may read.
+    stores : sequence of str
+        URLs of stores on PostgreSQL that the page may read.
     port : int
         Port; 0 for any that is free.
     max_upload : int
@@ -70,26 +74,25 @@ def serve(
         Without starlette or uvicorn.
     """
     need_libraries()
+    from sigmatau.app.files import Roots
+
     with _listening(port) as listener:
         token = secrets.token_urlsafe(24)
         try:
             ready(f"http://{_HOST}:{listener.getsockname()[1]}/{token}/")
-            _run(listener, token, places, max_upload=max_upload, recording=recording)
+            _run(listener, token, Roots(places, stores), max_upload=max_upload, recording=recording)
         except KeyboardInterrupt as interruption:
             if type(interruption) is not KeyboardInterrupt:  # terminated
                 raise
 
 
-def _run(
-    listener: socket.socket, token: str, places: Iterable[Path], *, max_upload: int, recording: Recording | None
-) -> None:
+def _run(listener: socket.socket, token: str, roots: Roots, *, max_upload: int, recording: Recording | None) -> None:
     """Answer requests at a socket until the server is stopped."""
     import uvicorn
 
-    from sigmatau.app.files import Roots
     from sigmatau.app.routes import Workbench
 
-    workbench = Workbench(Roots(places), max_upload=max_upload, recording=recording)
+    workbench = Workbench(roots, max_upload=max_upload, recording=recording)
     threading.Thread(target=workbench.looks.warm, daemon=True).start()
     config = uvicorn.Config(
         guarded(workbench, token=token, port=listener.getsockname()[1]), log_level="critical", access_log=False,

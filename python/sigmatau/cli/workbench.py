@@ -24,11 +24,12 @@ from sigmatau.io.read.options import ReadOptions, check_live_options
 if TYPE_CHECKING:
     from sigmatau.app.recording import Recording
 
-_STANDARD_INPUT = Path("-")
+_STANDARD_INPUT = "-"
+_POSTGRESQL = ("postgresql://", "postgres://", "postgresql+psycopg://")
 
 
 def app_command(
-    *paths: Annotated[Path, Parameter(allow_leading_hyphen=True)],
+    *paths: Annotated[str, Parameter(allow_leading_hyphen=True)],
     serial: Annotated[str | None, InMain] = None,
     baud: Annotated[int | None, InMain] = None,
     save: Annotated[Path | None, InMain] = None,
@@ -48,7 +49,8 @@ def app_command(
     Parameters
     ----------
     paths
-        Logs, results, stores, and folders of them; - for live samples on standard input. Default: the current folder.
+        Logs, results, stores, and folders of them; a store on PostgreSQL by its URL; - for live samples on standard
+        input. Default: the current folder.
     serial
         Show the samples of a serial port while they arrive: /dev/ttyUSB0, COM3. Needs pyserial.
     baud
@@ -69,11 +71,18 @@ def app_command(
     if not 0 < max_upload < 1e6:
         raise OptionError(f"--max-upload {max_upload}: must be a positive number of GB", option="max_upload")
     need_libraries()
-    places = [path for path in paths if path != _STANDARD_INPUT]
-    for path in places:
-        check_place(str(path), command="app")
-        if not path.exists():
-            raise DataError(f"{path}: there is no such file or folder")
+    stores = [path for path in paths if "://" in path]
+    for store in stores:
+        if not store.startswith(_POSTGRESQL):
+            scheme = store.partition("://")[0]
+            raise OptionError(
+                f"{scheme}:// is not a store; give postgresql://USER@HOST/NAME, or a file", option="paths"
+            )
+    places = [Path(path) for path in paths if path != _STANDARD_INPUT and path not in stores]
+    for place in places:
+        check_place(str(place), command="app")
+        if not place.exists():
+            raise DataError(f"{place}: there is no such file or folder")
     live = _live(
         "-" if _STANDARD_INPUT in paths else None,
         serial,
@@ -94,8 +103,11 @@ def app_command(
             webbrowser.open(address)
 
     with nullcontext() if recording is None else closing(recording):
-        places = [*(places or [Path()]), *([] if live is None or live.save is None else [Path(live.save)])]
-        serve(places, port=port, max_upload=int(max_upload * 1e9), recording=recording, ready=ready)
+        if not places and not stores:
+            places = [Path()]
+        if live is not None and live.save is not None:
+            places.append(Path(live.save))
+        serve(places, stores=stores, port=port, max_upload=int(max_upload * 1e9), recording=recording, ready=ready)
     return 0
 
 

@@ -6,7 +6,7 @@ import { about, config, files, open, result as fetchResult } from "./api.js";
 import { announce, button, byId, copy, errorBox, nameOfPath } from "./dom.js";
 import { begin, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
 import { showLive } from "./live_view.js";
-import { acceptDrops, openDropped, showOpen } from "./open_view.js";
+import { acceptDrops, openDropped, showOpen, sourceOfEntry } from "./open_view.js";
 import { showColumns } from "./columns_view.js";
 import { questionBox } from "./question.js";
 import { analyse, cancel } from "./jobs.js";
@@ -237,7 +237,7 @@ try {
   session.about = await about();
   showState();
   const named = location.hash || session.about.live ? [] : (await files()).entries;
-  if (named.length === 1 && named[0].kind !== "folder") await opened({ source: { path: named[0].path }, name: named[0].name, kind: named[0].kind }); // sigmatau app LOG
+  if (named.length === 1 && named[0].kind !== "folder") await opened({ source: sourceOfEntry(named[0]), name: named[0].name, kind: named[0].kind }); // sigmatau app LOG
   else if (session.step === "open") await restore(); // else a step was chosen meanwhile
 } catch (error) {
   view.replaceChildren(errorBox(error));

@@ -74,7 +74,7 @@ export async function showFolder(list, path, opened, kinds = Object.keys(KINDS))
     list.querySelector("button")?.focus();
   };
   const up = folder.parent ? [button("↑ Parent folder", () => enter(folder.parent), { className: "entry" })] : [];
-  const entries = folder.entries.filter(({ kind }) => kinds.includes(kind)).map((entry) => fileRow(entry, () => (entry.kind === "folder" ? enter(entry.path) : opened({ source: { path: entry.path }, name: entry.name, kind: entry.kind }))));
+  const entries = folder.entries.filter(({ kind }) => kinds.includes(kind)).map((entry) => fileRow(entry, () => (entry.kind === "folder" ? enter(entry.path) : opened({ source: sourceOfEntry(entry), name: entry.name, kind: entry.kind }))));
   list.replaceChildren(
     ...(folder.path ? [make("p", { className: "path" }, bdi(folder.path))] : []),
     ...up,
@@ -82,6 +82,9 @@ export async function showFolder(list, path, opened, kinds = Object.keys(KINDS))
     ...(folder.more ? [make("p", { className: "none" }, `${folder.more} more files are not listed.`)] : []));
   return undefined;
 }
+
+/** How the server calls a file of a list, or a store of the command line. */
+export const sourceOfEntry = ({ path, store }) => (path === null ? { store } : { path });
 
 function fileRow(entry, open) {
   const facts = [KINDS[entry.kind] ?? entry.kind, entry.bytes === null || entry.bytes === undefined ? "" : size(entry.bytes)];

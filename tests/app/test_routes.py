@@ -303,6 +303,17 @@ def test_a_result_is_opened(page, result, folder):
     assert page.post("api/compare", results=[result, {"path": "/etc/passwd"}]).status_code == 404
 
 
+def test_the_picture_is_the_same_after_the_analysis(page, folder):
+    """It then comes from the process that analysed the log: the process that opened it has released the record."""
+    log = str(write_log(folder / "pictured.csv"))
+    asked = {"path": log, "from_s": 3.0, "to_s": 7.5, "width": 50}
+    changed = {**asked, "options": {"unit": {"gyro": "deg/s"}}}
+    before = [page.post("api/envelope", **body).json() for body in (asked, changed)]
+    page.analysed(path=log)
+    assert [page.post("api/envelope", **body).json() for body in (asked, changed, asked)] == [*before, before[0]]
+    assert before[0]["channels"]["gyro_x"]["high"] != before[1]["channels"]["gyro_x"]["high"]
+
+
 def test_compare(page, result, folder):
     log = write_log(folder / "another.csv")
     second = page.analysed(path=str(log))

@@ -42,6 +42,14 @@ class _Cache:
             self._key, self._value = key, value
         return self._value
 
+    def find(self, key: object) -> Any:  # noqa: ANN401
+        """The value of this key; None if it is not the last one."""
+        return self._value if self._key == key else None
+
+    def clear(self) -> None:
+        """Release the value."""
+        self._key = self._value = None
+
 
 _cache = _Cache()
 
@@ -51,15 +59,32 @@ def cached(
 ) -> Any:  # noqa: ANN401
     """The cached value for a log with these options of reading, or a new one."""
     try:
-        key = (what, *log.key(), json.dumps(reading_options(table), sort_keys=True, default=str))
+        key = _key(what, log, table)
     except OSError:
         return make()  # reports the error
     return _cache.get(key, make, size=size)
 
 
+def _key(what: str, log: LogFile, table: Mapping[str, Any]) -> tuple[object, ...]:
+    return (what, *log.key(), json.dumps(reading_options(table), sort_keys=True, default=str))
+
+
 def reading_options(table: Mapping[str, Any]) -> dict[str, Any]:
     """The options of reading among those of the page, as Python takes them."""
     return arguments(ReadOptions, table)
+
+
+def cached_record(log: LogFile, table: Mapping[str, Any]) -> Record | None:
+    """The record of the last analysis in this process, if it was that of this log with these options of reading."""
+    try:
+        return _cache.find(_key("record", log, table))  # type: ignore[no-any-return]
+    except OSError:
+        return None
+
+
+def forget(*, progress: Progress) -> None:
+    """Release the cached record: another process analyses the same log, and has its own."""
+    _cache.clear()
 
 
 CALLS = {
@@ -73,6 +98,7 @@ CALLS = {
     "envelope": "opening:envelopes",
     "export": "taking:exported",
     "figure": "taking:figure",
+    "forget": "calls:forget",
     "files": "listing:listed",
     "live_source": "watching:checked_source",
     "kind": "opening:kind_of_file",

@@ -10,7 +10,7 @@ from typing import Any
 
 from sigmatau._version import __version__
 from sigmatau.analysis import STAGE_NAMES
-from sigmatau.app.calls import Progress, cached, error_content, number, reading_options, record_size
+from sigmatau.app.calls import Progress, cached, cached_record, error_content, number, reading_options, record_size
 from sigmatau.app.controls import default_file, export_controls, labels, target_content
 from sigmatau.app.faces import finding_content
 from sigmatau.app.kinds import file_kind
@@ -273,21 +273,21 @@ def _finding(finding: Finding) -> dict[str, Any]:
 
 def envelopes(
     *, log: LogFile, table: Mapping[str, Any], channel: str | None, from_s: float | None, to_s: float | None, width: int,
-    progress: Progress,
-) -> str:  # fmt: skip
-    """Smallest and largest samples of each stretch of the record, or of a part of it, as JSON."""
+    may_read: bool, progress: Progress,
+) -> str | None:  # fmt: skip
+    """Smallest and largest samples of each stretch of the record, or of a part of it, as JSON.
+
+    None if this process has no record and may not read it.
+    """
     check_names(table)
     if not 1 <= width <= _MOST_STRETCHES:
         raise OptionError(
             f"{{option}} must be a number of stretches, 1 to {_MOST_STRETCHES}, not {width}", option="width"
         )
-    contents = inspected(log, table)
-    if contents.record is None:
-        question = contents.question or _shown_table(contents).question
-        raise question or OptionError(
-            "the samples cannot be read yet: choose columns, units or a rate", option="channels"
-        )
-    record = from_the_start(contents.record)
+    record = cached_record(log, table)
+    if record is None and not may_read:
+        return None
+    record = from_the_start(record or _readable(log, table))
     if channel is not None and channel not in record.channels:
         raise OptionError(f"no channel {channel!r}; channels: {', '.join(record.channels)}", option="channel")
     drawn: dict[str, Any] = {}
@@ -316,3 +316,14 @@ def envelopes(
         "end_s": number(max(end for _, end in ends), 9),
     }
     return json.dumps(content, allow_nan=False)
+
+
+def _readable(log: LogFile, table: Mapping[str, Any]) -> Record:
+    """The record of a log; raises the question of one that cannot be read yet."""
+    contents = inspected(log, table)
+    if contents.record is None:
+        question = contents.question or _shown_table(contents).question
+        raise question or OptionError(
+            "the samples cannot be read yet: choose columns, units or a rate", option="channels"
+        )
+    return contents.record

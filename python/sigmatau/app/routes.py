@@ -5,6 +5,7 @@ The schema is on the page ``docs/how-to/workbench-api.md``. Workers make the ans
 
 from __future__ import annotations
 
+import contextlib
 import json
 import mimetypes
 import threading
@@ -180,12 +181,20 @@ class Workbench:
         """The picture of the samples."""
         body = await read_body(request)
         log = self.find_log(body)
-        values = {name: number_in(body, name) for name in ("from_s", "to_s")}
+        values: dict[str, Any] = {name: number_in(body, name) for name in ("from_s", "to_s")}
         width = whole_number_in({"width": _WIDTH} | body, "width")
         channel = text_in(body, "channel")
-        return text_answer(
-            await self.look(log.path, "envelope", log=log, table=table_in(body), channel=channel, width=width, **values)
-        )
+        values |= {"log": log, "table": table_in(body), "channel": channel, "width": width}
+        return text_answer(await run_in_threadpool(self._envelope, log.path, values))
+
+    def _envelope(self, path: str, values: dict[str, Any]) -> str:
+        """The picture of the samples, by the worker that analysed the log if it waits."""
+        with self.analyses.take_reader(path) as reader:
+            drawn = reader and reader.call("envelope", values | {"may_read": False}, patience=_PATIENCE)
+        if drawn is None:
+            with self.looks.take(path) as worker:
+                drawn = worker.call("envelope", values | {"may_read": True}, patience=_PATIENCE)
+        return str(drawn)
 
     async def config(self, request: Request) -> Response:
         """Options as a configuration file, or the reverse."""
@@ -200,8 +209,16 @@ class Workbench:
     async def analyze(self, request: Request) -> Response:
         """Start an analysis."""
         body = await read_body(request)
-        job = self.jobs.start(self.find_log(body), table_in(body))
+        log = self.find_log(body)
+        job = self.jobs.start(log, table_in(body))
+        threading.Thread(target=self._release, args=(log.path,), daemon=True).start()
         return json_answer({"job": job.id}, 202)
+
+    def _release(self, path: str) -> None:
+        """Release the record of a log that was looked at: the worker that analyses it has its own."""
+        with self.looks.take_reader(path) as worker, contextlib.suppress(CallError):
+            if worker is not None:
+                worker.call("forget", {})
 
     async def job(self, request: Request) -> Response:
         """State of a running analysis."""

@@ -72,8 +72,8 @@ def record(states: Connection, live_source: LiveSource, first_lines: str) -> Non
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of the terminal; the server ends this one
+    keep_freed()  # before the first thread, so that all threads share one heap
     end_with_parent()
-    keep_freed()
     if live_source.source == "-":
         sys.stdin = open(0, closefd=False)  # noqa: SIM115  multiprocessing has put the null device in its place
     stop = threading.Event()

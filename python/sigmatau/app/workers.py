@@ -121,10 +121,29 @@ class Workers:
 
         If `sticky`, a busy worker that has read it is waited for. `took`: is called with the worker before its call.
         """
-        worker = self._taken(key, sticky=sticky)
-        try:
+        with self._lent(self._taken(key, sticky=sticky)) as worker:
             if took is not None:
                 took(worker)
+            yield worker
+
+    @contextlib.contextmanager
+    def take_reader(self, key: object) -> Iterator[Worker | None]:
+        """The worker that read `key` if it waits; None otherwise."""
+        with self._free:
+            worker = next((each for each in self._idle if each.key == key and each.alive), None)
+            if worker is not None:
+                self._idle.remove(worker)
+                self._busy.add(worker)
+        if worker is None:
+            yield None
+            return
+        with self._lent(worker):
+            yield worker
+
+    @contextlib.contextmanager
+    def _lent(self, worker: Worker) -> Iterator[Worker]:
+        """Take a busy worker back at the end."""
+        try:
             yield worker
         finally:
             with self._free:
@@ -172,8 +191,8 @@ def _work(calls: Connection, preloaded: Sequence[str]) -> None:
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of the terminal; the server ends this one
+    keep_freed()  # before the first thread, so that all threads share one heap
     end_with_parent()
-    keep_freed()
     from sigmatau.app.calls import do, load
 
     for first in preloaded:

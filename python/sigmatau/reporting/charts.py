@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import math
+import threading
 from collections.abc import Mapping
 from typing import Any, Protocol
 
@@ -64,7 +65,8 @@ def collect_charts(analysis: Analysis, record: Record | None, used: Record | Non
     for name, curve in analysis.curves.items():
         channels[name]["deviation"] = _deviation(curve, analysis.fits.get(name))
     if record is not None and used is not None:
-        samples = in_threads(lambda name: _sample_charts(analysis, record, used, name, bins), names)
+        lock = threading.Lock()
+        samples = in_threads(lambda name: _sample_charts(analysis, record, used, name, bins, lock), names)
         for name in names:
             channels[name] |= samples[name]
     return {"sensors": collect_sensors(kinds), "channels": channels}
@@ -106,9 +108,11 @@ def _kinds(analysis: Analysis, record: Record) -> dict[str, Kind]:
     return {channel: analysis.curves.get(channel, stream) for channel, stream in streams.items()}
 
 
-def _sample_charts(analysis: Analysis, record: Record, used: Record, channel: str, bins: int) -> dict[str, Any]:
+def _sample_charts(
+    analysis: Analysis, record: Record, used: Record, channel: str, bins: int, lock: threading.Lock
+) -> dict[str, Any]:
     """Density, time series and map of a channel. A chart is left out if the channel is too short for it or was not
-    analysed.
+    analysed. Densities are computed one after the other: each needs six times the memory of its samples.
     """
     whole = record.stream_of(channel)
     mask = analysis.masks.get(channel) if channel in analysis.curves else None
@@ -118,7 +122,9 @@ def _sample_charts(analysis: Analysis, record: Record, used: Record, channel: st
     part = used.stream_of(channel).only(channel)
     if part.grid.n > LONGEST:
         part = part.cut(0, LONGEST)
-    if (density := _density(part, channel, analysis.fits.get(channel))) is not None:
+    with lock:
+        density = _density(part, channel, analysis.fits.get(channel))
+    if density is not None:
         charts["density"] = density
     if (map_ := _map(part, channel)) is not None:
         charts["map"] = map_

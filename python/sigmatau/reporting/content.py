@@ -12,7 +12,7 @@ from sigmatau._version import __version__
 from sigmatau.analysis import Analysis
 from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import DataError, OptionError
-from sigmatau.estimators.allan import allan
+from sigmatau.estimators.allan import DeviationCurve, allan
 from sigmatau.exporting.export import prepare
 from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.finding import Finding, Words
@@ -26,6 +26,7 @@ from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.mask import only_used
 from sigmatau.record.record import QUANTITIES, Record, TemperatureRange
 from sigmatau.record.sampling import sampling_text
+from sigmatau.record.streams import Stream
 from sigmatau.reporting.certificate import Certificate
 from sigmatau.reporting.charts import LONGEST, collect_charts
 from sigmatau.results import duration_text, noted_unit, printable, seconds
@@ -166,15 +167,17 @@ def _used(analysis: Analysis, record: Record) -> Record:
         same = math.isclose(curves[0].tau0, stream.grid.tau0, rel_tol=1e-9)
         # Clusters of several samples at the ends of a record may be half full, and are cut here.
         if same and all(curve.stride is None and (curve.m[0] == 1 or not curve.missing) for curve in curves):
-            # The shortest averaging time distinguishes records.
-            first, reference = replace(used, streams=(stream,)), curves[0]
-            again = allan(first, taus=[reference.tau[0]], overlap=reference.overlap, counting=reference.counting)
-            same = all(
-                math.isclose(again[curve.channel].avar[0], curve.avar[0], rel_tol=_SAME_AVAR) for curve in curves
-            )
+            same = all(_is_same_curve(used, stream, curve) for curve in curves)
         if not same:
             raise OptionError("{option} is not the record of the analysis", option="record")
     return used
+
+
+def _is_same_curve(used: Record, stream: Stream, curve: DeviationCurve) -> bool:
+    """Whether a channel has the deviation of a curve at its shortest averaging time, which distinguishes records."""
+    alone = replace(used, streams=(stream.only(curve.channel),))  # one channel at a time needs less memory
+    again = allan(alone, taus=[curve.tau[0]], overlap=curve.overlap, counting=curve.counting)
+    return math.isclose(again[curve.channel].avar[0], curve.avar[0], rel_tol=_SAME_AVAR)
 
 
 def _file_name(analysis: Analysis) -> str:

@@ -37,6 +37,7 @@ def walk(tab: Page) -> None:
     tab.locator("#chooser").set_input_files("static.csv")
     tab.locator("#analyse:enabled").wait_for()
     wait(tab.locator("#view"))
+    tab.locator("#command", has_text="analyze").wait_for()
     take(tab, "columns")
     tab.locator("#analyse").click()
     wait(tab.locator("#part-deviation"))

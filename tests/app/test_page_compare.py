@@ -103,7 +103,7 @@ def test_by_mouse(opened, lab):
 
 def add_file(tab, lab, name):
     """Add a file of the folder in place."""
-    tab.get_by_text("Files below the opened folders").click()
+    tab.get_by_text("Files in the opened folders").click()
     tab.get_by_role("button", name=f"{lab.name}/").click()
     tab.get_by_role("button", name=re.compile(f"^{name}")).click()
 
@@ -120,7 +120,7 @@ def test_files_are_added_in_place(opened, lab):
     answer.wait_for()
     tab.get_by_text("New minus old: 2: noisy.csv minus 1: today.csv").wait_for()
     row = tab.get_by_role("region", name="Differences").get_by_role("row", name="gyro_x random walk").inner_text()
-    assert re.search(r"changed\s+\+[\d.]+ ± [\d.]+ deg/√h", row), row
+    assert re.search(r"\+[\d.]+ ± [\d.]+ deg/√h\s+changed", row), row
     assert answer.bounding_box()["y"] < tab.locator("#view figure").first.bounding_box()["y"]
     lines = tab.locator("#command").text_content().splitlines()
     assert lines[0] == f"sigmatau analyze {lab / 'today.csv'} --json today.json"

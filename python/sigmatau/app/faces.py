@@ -59,7 +59,7 @@ def as_controls(hints: Sequence[Hint]) -> str:
     >>> as_controls([Hint("horizon", value=10)])
     '“Horizon: 10 s”'
     >>> as_controls([Hint("channels", "time", "…")])
-    '“Columns, time”'
+    '“Use as: time”'
     >>> as_controls([Hint("json", value="FILE")])
     '--json FILE'
     """
@@ -84,6 +84,8 @@ def _control(hint: Hint) -> str:
             return ", ".join(f"{channel} in {_columns_named(str(place))}" for channel, place in pairs.items())
         if hint.option == "unit":
             return ", ".join(f"{channel} in {unit}" for channel, unit in pairs.items())
+    if hint.option == "channels" and hint.key:
+        return _quoted("Use as", hint.key)
     if hint == RATE:
         return "the sampling rate"
     if hint.option == "topic":

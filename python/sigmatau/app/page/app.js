@@ -194,7 +194,7 @@ async function restore() {
   if (["result", "files", "compare"].includes(stated.step)) {
     setStep("columns");
     showState();
-    view.replaceChildren(make("p", { className: "none" }, "Analysing as the address says…"));
+    view.replaceChildren(make("p", { className: "none" }, "Analysing the log of this address…"));
     try {
       if (await analyse()) return goTo(stated.step === "compare" ? "result" : stated.step);
     } catch (error) {
@@ -211,7 +211,7 @@ async function restoreCompared({ source, name, options, taken, compared }) {
   forget();
   begin(source, name, options, taken);
   setStep("compare");
-  view.replaceChildren(make("p", { className: "none" }, "Comparing as the address says…"));
+  view.replaceChildren(make("p", { className: "none" }, "Restoring the comparison of this address…"));
   await restoreComparison(compared, addAgain, (error) => problems.push(error));
   const key = JSON.stringify([source, options]), here = source && allResults().find(({ from }) => JSON.stringify([from.source, from.options]) === key);
   if (here) setResult(here.key, await fetchResult(here.key));

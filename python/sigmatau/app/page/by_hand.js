@@ -110,7 +110,7 @@ function termTable(state, terms, parts, curve, redraw) {
     make("td", {}, checkbox("", !chosen.off.has(part.label), (on) => { on ? chosen.off.delete(part.label) : chosen.off.add(part.label); redraw(); }, { ariaLabel: `${part.label} in the model` })), make("td", {}), make("td", {}), make("td", { className: "read" })));
   const heads = ["Term", "In model", "Fitted", "Line", "Read off by hand"].map((head) => make("th", { scope: "col" }, head));
   return [make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows, ...further)),
-    make("p", { className: "legend" }, "Read-off of the paper: check a line, then drag its handle along the curve. The error is that of eq. (26); a line is refused where the curve has another slope.")];
+    make("p", { className: "legend" }, "Read-off as in the paper: check a line, then drag its handle along the curve. The error follows from eq. (26). A line is refused where the curve has a different slope.")];
 }
 
 /** Lay the line of a term at an averaging time, and ask for its value. */

@@ -6,7 +6,7 @@ import { open } from "./api.js";
 import { session, setOpened } from "./session.js";
 import { ofSession } from "./channels.js";
 import { columnTable, meanLine, readingControls } from "./column_table.js";
-import { questionBox } from "./question.js";
+import { questionBox, sentence } from "./question.js";
 import { showRecord } from "./record_chart.js";
 import { leftOutList } from "./parts.js";
 import { findingsList } from "./summary.js";
@@ -43,11 +43,11 @@ async function look(head, body, record, analyse) {
   if (opened.kind !== "log") return;
   showHead(head, opened, analyse);
   keepFocus(body, () => showBody(body, opened));
-  announce(opened.question ? `A choice is needed: ${opened.question.message}` : `${opened.columns.length} columns; ready to analyse`);
+  announce(opened.question ? `A choice is needed: ${sentence(opened.question.question ?? opened.question.message)}` : `${opened.columns.length} columns; ready to analyse`);
   if (opened.question) record.replaceChildren();
   else {
     const picture = make("div", {}, make("p", { className: "none" }, "Drawing the record…"));
-    record.replaceChildren(make("h2", {}, "Time series"), make("p", { className: "about" }, "Every stretch of the record from its smallest to its largest sample."), picture, ownParts());
+    record.replaceChildren(make("h2", {}, "Time series"), make("p", { className: "about" }, "Smallest and largest sample of each interval."), picture, ownParts());
     await showRecord(picture, session.source, session.options, here.signal);
   }
 }
@@ -72,5 +72,5 @@ function showBody(body, opened) {
     readingControls(opened, ofSession),
     columnTable(opened, ofSession),
     ...opened.means.map(meanLine),
-    ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((finding) => ({ ...finding, message: finding.text, axes: (finding.channels ?? [finding.channel]).filter(Boolean).join(", ") })), "Nothing was found wrong with the file. The analysis checks motion, shocks and noise.")]));
+    ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((finding) => ({ ...finding, message: finding.text, axes: (finding.channels ?? [finding.channel]).filter(Boolean).join(", ") })), "No faults were found in the file. The analysis will check motion, shocks and noise.")]));
 }

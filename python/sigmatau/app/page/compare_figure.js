@@ -27,7 +27,7 @@ export function drawComparison(place) {
   drop(place);
   place.replaceChildren();
   const drawn = [...shownResults(), ...shownSpecifications()];
-  if (!drawn.length) return place.append(make("p", { className: "none" }, "Nothing is switched on."));
+  if (!drawn.length) return place.append(make("p", { className: "none" }, "All curves are switched off."));
   const merged = mergedCharts(drawn);
   setContent(merged);
   fill(place, {

@@ -18,7 +18,7 @@ export const dropFile = (file) => addDropped(file);
 export function fileAdder(changed, inColumns) {
   const place = make("div", { className: "adding", ariaLive: "polite" }), list = make("div", { className: "folder" });
   const chooser = make("input", { type: "file", className: "unseen", id: "compare-chooser", tabIndex: -1, ariaLabel: "File to compare", onchange: () => { if (chooser.files[0]) send(chooser.files[0]); } });
-  const folder = make("details", { ontoggle: () => { if (folder.open) showFolder(list, null, add); } }, make("summary", {}, "Files below the opened folders"), list);
+  const folder = make("details", { ontoggle: () => { if (folder.open) showFolder(list, null, add); } }, make("summary", {}, "Files in the opened folders"), list);
   const send = (file) => sendFile(file, place, add);
   addDropped = send;
 

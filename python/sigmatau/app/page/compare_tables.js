@@ -51,14 +51,14 @@ function differenceParts({ differences, same_log: isSameLog }, [first, second]) 
   if (!differences.length) return [make("p", { className: "none" }, "These results have no coefficient in common.")];
   const kind = (each) => (each.changed ? "changed" : each.verdict);
   const order = Object.keys(VERDICTS), sorted = [...differences].sort((a, b) => order.indexOf(kind(a)) - order.indexOf(kind(b)));
-  const rows = sorted.map((each) => make("tr", {}, make("th", { scope: "row" }, bdi(each.channel)), make("th", { scope: "row" }, each.term.replaceAll("_", " ")),
-    make("td", {}, chip(...VERDICTS[kind(each)])), make("td", {}, ...(each.text ? raised(each.text) : ["only an upper limit in one result"]))));
+  const rows = sorted.map((each) => make("tr", {}, make("th", { scope: "row" }, bdi(each.channel), ` ${each.term.replaceAll("_", " ")}`),
+    make("td", {}, ...(each.text ? raised(each.text) : ["only an upper limit in one result"])), make("td", {}, chip(...VERDICTS[kind(each)]))));
   const doubt = isSameLog ? [make("p", { className: "box partial" }, "Both results are of the same log, so their errors are not independent: these intervals do not hold.")] : [];
   return [
     ...doubt,
     answer(differences),
     make("p", { className: "about" }, `New minus old: ${numbered(second)} minus ${numbered(first)}, with 95 % intervals.`),
-    scrolled("Differences", make("table", { className: "compared" }, head("Channel", "Term", "Verdict", "New minus old"), make("tbody", {}, ...rows)), "scrolled runs"),
+    scrolled("Differences", make("table", { className: "compared" }, head("Coefficient", "New minus old", "Verdict"), make("tbody", {}, ...rows)), "scrolled runs differences"),
   ];
 }
 

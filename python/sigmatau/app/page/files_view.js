@@ -13,7 +13,7 @@ const DOWNLOADS = [
   ["report.html", "Report", "all figures and tables in one page that opens offline"],
   ["report.pdf", "Report, PDF", "to print and to sign"],
   ["figure.svg", "Figure, SVG", "the Allan deviation of all axes"],
-  ["figure.png", "Figure, PNG", "the same as pixels"],
+  ["figure.png", "Figure, PNG", "the same as a bitmap"],
   ["curve.csv", "Curves, CSV", "averaging times, deviations and intervals in SI units"],
   ["coefficients.csv", "Coefficients, CSV", "all terms of all axes in SI units"],
   ["result.json", "Result, JSON", "for sigmatau export, compare, plan and predict"],
@@ -87,7 +87,7 @@ function restControl() {
   if (!rest.length) return [];
   const select = choice("Inflate", [["", "not compared"], ...rest], session.taken.inflate ?? "", (id) => setTaken({ inflate: id || undefined }));
   select.dataset.focus = "export-inflate";
-  return [make("div", { className: "option" }, field("Inflate", select), make("small", {}, "The result of the same sensor at rest, if this one is beside motors: the file states the factors over it as comments."))];
+  return [make("div", { className: "option" }, field("Inflate", select), make("small", {}, "For a record with motors running: the result of the same sensor at rest. The file states the ratios to it in comments."))];
 }
 
 /** Models that were opened as files: those of `sigmatau compare --model` have the turn-on biases of a unit. */

@@ -12,7 +12,7 @@ export function columnChoice(change) {
   const last = make("p", { className: "last-line" }), body = make("div", { className: "columns" });
   const element = make("details", { className: "live-columns", hidden: true, ontoggle: () => refresh() }, make("summary", {}, "Columns, units and rate"), last, body);
   const shown = { options: null, bytes: -1, at: 0 };
-  let state = null, isAsked = false;
+  let state = null, isAsked = false, isAnswered = false;
 
   async function refresh() {
     if (!element.open || element.hidden || !state) return;
@@ -32,6 +32,13 @@ export function columnChoice(change) {
     keepFocus(body, () => body.replaceChildren(readingControls(opened, target), columnTable(opened, target), ...opened.means.map((mean) => meanLine(mean))));
   }
 
+  /** Make room for the coefficients once all questions are answered; the columns can be shown again. */
+  function fold() {
+    isAnswered = true;
+    if (element.contains(document.activeElement)) element.querySelector("summary").focus();
+    element.open = false;
+  }
+
   return {
     element,
     update(next) {
@@ -40,7 +47,7 @@ export function columnChoice(change) {
       element.hidden = !bytes || (word !== "recording" && !path);
       last.replaceChildren(chip(word === "recording" ? "last line" : "last line of the record", "info"), " ", make("code", {}, bdi(line ?? "")));
       if (error?.hint && !isAsked) element.open = isAsked = true;
-      if (!error?.hint) isAsked = false;
+      if (!error?.hint && isAsked && next.overview && !isAnswered) fold();
       refresh();
     },
   };

@@ -70,7 +70,7 @@ async function listPorts(choices, port) {
 function fileList(start) {
   const list = make("div", { className: "folder" }, make("p", { className: "none" }, "Looking for files…"));
   showFolder(list, null, ({ source, name }) => start({ ...source, options: {} }, `Watching ${name}`), ["folder", "log"]);
-  return make("section", { ariaLabel: "Files that grow" }, make("h2", {}, "Watch a file that grows"), make("p", { className: "about" }, "A table of text to which a logger adds lines: CSV and the like."), list);
+  return make("section", { ariaLabel: "Files that grow" }, make("h2", {}, "Watch a file that grows"), make("p", { className: "about" }, "A text table to which a logger appends lines, such as CSV."), list);
 }
 
 /** A name that says when the record began. */

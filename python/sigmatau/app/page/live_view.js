@@ -27,7 +27,7 @@ export async function showLive(view, { folder, opened, command }) {
   if (state.state !== "none") return showRecord(view, state, { folder, opened, command });
   command("sigmatau app");
   return view.replaceChildren(
-    make("div", { className: "head" }, make("div", {}, make("h1", {}, "Live"), make("p", { className: "about" }, "A sensor at rest while it records: how long is enough?"))),
+    make("div", { className: "head" }, make("div", {}, make("h1", {}, "Live"), make("p", { className: "about" }, "Watch a sensor at rest while it is recorded, and see when the record is long enough."))),
     startForm(folder, (begun) => showRecord(view, begun, { folder, opened, command })));
 }
 
@@ -103,8 +103,8 @@ function showRecord(view, first, { folder, opened, command }) {
   const openLog = (path, options) => opened({ source: { path }, name: nameOfPath(path), options, kind: "log", isAnalysed: true });
 
   function noteParts(state, path, error) {
-    if (path) return [state !== "recording" ? "The log is " : error ? "What arrives is saved all the same, in " : "Every line is in ", bdi(path), "."];
-    return [state === "recording" ? "The samples are not saved. Name a file to keep them for the whole analysis." : "The samples were not saved. Record again with the name of a file to keep them."];
+    if (path) return [state !== "recording" ? "The log is " : error ? "Meanwhile all lines are saved in " : "All lines are saved in ", bdi(path), "."];
+    return [state === "recording" ? "The samples are not saved. To keep them, record again with the name of a file." : "The samples were not saved. To keep them, record again with the name of a file."];
   }
 
   async function stop(event) {

@@ -16,7 +16,7 @@ export function showOpen(view, about, opened) {
     make("p", { className: "lead" }, "Drop a log here"),
     make("p", { className: "about" }, "A record of a sensor at rest: CSV and other tables, ROS bags, MCAP, flight logs, NumPy, MATLAB, HDF5, Parquet and more."),
     make("p", {}, button("Choose a file…", () => chooser.click(), { className: "primary" }), chooser),
-    make("p", { className: "about" }, "The file is copied to a temporary folder of this computer and removed at the end. Nothing leaves the computer."),
+    make("p", { className: "about" }, "The file is copied to a temporary folder on this computer, and deleted when sigmatau ends. Nothing leaves the computer."),
     status);
   dropped = (file) => sendFile(file, status, opened);
   const list = make("div", { className: "folder" });
@@ -24,7 +24,7 @@ export function showOpen(view, about, opened) {
     make("h1", {}, "Open a log"),
     make("div", { className: "openers" },
       zone,
-      make("section", { ariaLabel: "Files of the server" }, make("h2", {}, "Files below the opened folders"), list)));
+      make("section", { ariaLabel: "Files of the server" }, make("h2", {}, "Files in the opened folders"), list)));
   showFolder(list, null, opened);
 }
 
@@ -78,7 +78,7 @@ export async function showFolder(list, path, opened, kinds = Object.keys(KINDS))
   list.replaceChildren(
     ...(folder.path ? [make("p", { className: "path" }, bdi(folder.path))] : []),
     ...up,
-    entries.length ? make("ul", { className: "entries" }, ...entries) : make("p", { className: "none" }, "No folder and no log here. Name a folder at the start: sigmatau app FOLDER."),
+    entries.length ? make("ul", { className: "entries" }, ...entries) : make("p", { className: "none" }, "No log in this folder. Another folder is opened by its name: sigmatau app FOLDER."),
     ...(folder.more ? [make("p", { className: "none" }, `${folder.more} more files are not listed.`)] : []));
   return undefined;
 }

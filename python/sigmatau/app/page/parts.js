@@ -49,7 +49,7 @@ export function partControls(zoom) {
   const clear = () => { from.value = to.value = ""; show(); };
   from.oninput = to.oninput = show;
   const element = make("div", { className: "part", role: "group", ariaLabel: "Part of the record" },
-    make("p", { className: "about" }, "Drag over the time series, or type the ends of a part."),
+    make("p", { className: "about" }, "Drag across the time series, or type the start and the end of a part."),
     make("div", { className: "row" }, field("From [s]", from), field("to [s]", to), ...buttons));
   show();
   return {

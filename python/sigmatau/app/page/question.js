@@ -19,9 +19,9 @@ export function questionBox(question, opened, options = ofSession) {
     make("p", {}, sentence(question.question ?? question.message)),
     ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
     ...(isTopic ? [topicChoices(topics, hints.filter(isPair).map(({ value }) => value), options)] : []),
-    ...(options.hasTable && hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Choose the use of each column in the table below, or state it here:")] : []),
+    ...(options.hasTable && hints.some((hint) => hint.option === "channels" && isMapping(hint)) ? [make("p", {}, "Choose the use of each column in the table below, or state it here:")] : []),
     ...mappingChoices(hints.filter(isMapping), options),
-    ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map((hint) => hintChoice(hint, options)));
+    ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic) && !(options.hasTable && hint.option === "channels" && hint.key)).map((hint) => hintChoice(hint, options)));
 }
 
 /** Hints without repetition: a message can name an option in each of its choices. */
@@ -30,7 +30,7 @@ function distinct(hints) {
 }
 
 /** A message that begins behind the name of the file, as a sentence. */
-function sentence(message) {
+export function sentence(message) {
   if (/^(has|does|is|contains|states) /.test(message)) return `The file ${message}.`;
   return /^(an?|no|the|these|this) /.test(message) ? `${message[0].toUpperCase()}${message.slice(1)}.` : `${message}.`;
 }

@@ -16,11 +16,11 @@ const MOST_CHARTS = 8; // results whose charts are remembered
 const remembered = new Map();
 const ABOUT = {
   deviation: "Measured curves with their intervals, and the fitted model, dashed where it was fitted and dotted elsewhere.",
-  "by-hand": "The terms of one axis, and straight lines laid by hand.",
-  series: "Every stretch of the record from its smallest to its largest sample. Shaded: not analysed.",
+  "by-hand": "The terms of one axis, and lines drawn by hand.",
+  series: "Smallest and largest sample of each interval. Shaded: not analysed.",
   density: "Two-sided. Dashed: the fitted model. The frequency that is read is marked in the Allan deviation.",
-  residuals: "Measured Allan deviation over that of the model. A model that holds stays near 1.",
-  map: "Dynamic Allan deviation over its median. Coloured: differs by more than chance explains; a stable record has no colour.",
+  residuals: "Measured Allan deviation divided by that of the model: near 1 if the model fits.",
+  map: "Dynamic Allan deviation divided by its median. Colour marks differences larger than chance explains; a stable record has none.",
 };
 const TITLES = { deviation: "Allan deviation", "by-hand": "By hand", series: "Time series", density: "Density", residuals: "Residuals", map: "Stability" };
 let clearHand = () => {};
@@ -92,5 +92,5 @@ async function fillFromSamples(id, places) {
 function fillOrSay(place, name) {
   place.replaceChildren();
   fill(place, linkedKinds[name]);
-  if (!place.firstChild) place.append(make("p", { className: "none" }, name === "residuals" ? "Not drawn: there is no fitted model." : "Not drawn: the record is too short, or misses too many samples."));
+  if (!place.firstChild) place.append(make("p", { className: "none" }, name === "residuals" ? "Not drawn: there is no fitted model." : "Not drawn: the record is too short, or too many samples are missing."));
 }

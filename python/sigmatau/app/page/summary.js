@@ -39,7 +39,7 @@ function valueCell({ value, interval }) {
 }
 
 /** Findings in order; notes are folded if there are many. */
-export function findingsList(findings, none = "Nothing was found wrong with the record.") {
+export function findingsList(findings, none = "No faults were found in the record.") {
   if (!findings?.length) return make("p", { className: "none" }, none);
   const grave = findings.filter((finding) => finding.severity !== "info"), notes = findings.filter((finding) => finding.severity === "info");
   const parts = [];

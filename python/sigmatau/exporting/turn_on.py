@@ -16,7 +16,7 @@ from sigmatau.exporting.text import number
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.exporting import WideTurnOn
 from sigmatau.findings.finding import Finding
-from sigmatau.hints import Hint
+from sigmatau.hints import Hint, command
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.turn_on import is_wide
@@ -109,7 +109,6 @@ def with_turn_on(source: Source, path: Path) -> Source:
     shared = {name: spread for name, spread in spreads.items() if name in source.model.channels}
     if not shared:
         listed = ", ".join(spreads) or "none"
-        raise DataError(
-            f"{path}: no turn_on of a channel of the source (it has: {listed}); write it with compare --model"
-        )
+        writes = command("compare", "RESULTS", Hint("model", value="FILE"))
+        raise DataError(f"{path}: no turn_on of a channel of the source (it has: {listed}); {writes} writes it")
     return replace(source, model=source.model.with_turn_on(shared))

@@ -246,6 +246,10 @@ PROVOKED = {
             lambda: st.avar_from_psd([1.0, 2.0], [1.0, 1.0], sided="two", slope_below=-3.0),
         ),
     },
+    "read_curves": {
+        st.DataError: (lambda: st.read_curves("absent.csv", rate=1, duration=100),),
+        st.OptionError: (lambda: st.read_curves("absent.csv", rate=0, duration=100),),
+    },
     "CurveSlope.interval": {
         st.OptionError: (lambda: st.fit_slope(curve(), tau_min=0.1, tau_max=10).interval(level=1.5),)
     },

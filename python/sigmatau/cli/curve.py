@@ -66,7 +66,7 @@ def curve_command(
         Unit of the rate: deg/h, rad/s, m/s^2, ug. Default: that of the header.
     content
         Whether the columns have deviations or variances. Default: as the header states.
-    read_off
+    read_off_
         Read the coefficients off the slopes, as the paper does, in place of the fit.
     output
         Write the model file (.toml) for export, simulate, plan and predict.

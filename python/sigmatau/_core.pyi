@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "MOST_LINES",
+    "MAX_LINES",
     "OUTLIER_ALPHA",
     "Accumulator",
     "ChannelFit",
@@ -93,7 +93,7 @@ class LikelihoodPass:
     def push(self, rate: _Floats) -> None: ...
     def finish(self) -> LikelihoodSummary: ...
 
-MOST_LINES: Final[int]
+MAX_LINES: Final[int]
 OUTLIER_ALPHA: Final[float]
 
 @final

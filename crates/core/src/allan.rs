@@ -67,7 +67,7 @@ pub fn allan_variance(
     check_sizes(phase.samples(), m, overlap, counting)?;
     let trend = Trend::new(phase);
     let mut estimates = match overlap {
-        Overlap::Full if dense(phase.samples(), m) => of_every_size(phase, &trend, m, counting),
+        Overlap::Full if dense(phase.samples(), m) => by_every_size(phase, &trend, m, counting),
         Overlap::Full => overlapping(phase, m, counting),
         Overlap::None => m.par_iter().map(|&m| disjoint(phase, m)).collect(),
     };
@@ -145,7 +145,7 @@ pub(crate) fn check_sizes(
     }
 }
 
-/// Clusters k·m … (k + 1)·m − 1 against the next, for every whole cluster.
+/// Squared differences of each whole cluster, k·m … (k + 1)·m − 1, from the next one.
 fn disjoint(phase: &Phase, m: usize) -> Estimate {
     let pairs = phase.samples() / m - 1;
     let mut sum = Sum::default();
@@ -162,7 +162,7 @@ fn estimate(m: usize, pairs: usize, sum_of_squares: f64) -> Estimate {
     Estimate { m, avar, pairs, ramp: 0.0 }
 }
 
-/// Number of phase points in use: one fewer than there are if the last term is left out.
+/// Number of phase points in use: all of them, or all but one if the last term is left out.
 fn points_in_use(phase: &Phase, counting: Counting) -> usize {
     match counting {
         Counting::Standard => phase.samples() + 1,
@@ -180,7 +180,7 @@ fn dense(samples: usize, m: &[usize]) -> bool {
 
 /// Computes the sizes by [`every_size`]; small sizes, and those for which it returns nothing, are summed
 /// directly.
-fn of_every_size(phase: &Phase, trend: &Trend, m: &[usize], counting: Counting) -> Vec<Estimate> {
+fn by_every_size(phase: &Phase, trend: &Trend, m: &[usize], counting: Counting) -> Vec<Estimate> {
     let points = points_in_use(phase, counting);
     let largest = m.iter().copied().max().unwrap_or(0);
     let sums = every_size::sums_of_squares(phase, trend, points, largest);

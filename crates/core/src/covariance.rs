@@ -11,8 +11,8 @@
 //! Cov\[AVAR(n), AVAR(m)\] = Σ w(u) \[C(u)² + 2R²n²m²τ₀⁴ C(u)\] / (2n²m²τ₀⁴ `M(n)` `M(m)`).
 //!
 //! This is the sum behind the equivalent degrees of freedom of C. A. Greenhall and W. J. Riley, "Uncertainty of
-//! stability variances based on finite differences", Proc. 35th PTTI Meeting, 2003, for pairs of cluster sizes and
-//! mixtures of noise. C is linear in the squared coefficients θ, so that the covariance is
+//! stability variances based on finite differences", Proc. 35th PTTI Meeting, 2003, extended to pairs of cluster
+//! sizes and to mixtures of noise. C is linear in the squared coefficients θ, so that the covariance is
 //! Σ θ(p) θ(q) Γ(p, q) + R² Σ θ(p) P(p), with tensors that depend only on the length of the record and the
 //! cluster sizes: [`Gamma`].
 

@@ -25,7 +25,7 @@ const STIRLING: [f64; 8] = [
 ];
 
 /// Argument above which the asymptotic series are exact to the last bit.
-const ASYMPTOTIC: f64 = 10.0;
+const ASYMPTOTIC_ABOVE: f64 = 10.0;
 
 /// Newton step, relative to the solution, below which the error is less than the last bit.
 const LAST_STEP: f64 = 1e-10;
@@ -54,7 +54,7 @@ pub fn digamma(x: f64) -> f64 {
         return f64::NAN;
     }
     let (mut x, mut sum) = (x, 0.0);
-    while x < ASYMPTOTIC {
+    while x < ASYMPTOTIC_ABOVE {
         sum -= 1.0 / x;
         x += 1.0;
     }
@@ -65,7 +65,7 @@ pub fn digamma(x: f64) -> f64 {
     sum + x.ln() - 0.5 / x - series * y
 }
 
-/// ln Γ(x) − ((x − ½) ln x − x + ½ ln 2π) for x ≥ [`ASYMPTOTIC`].
+/// ln Γ(x) − ((x − ½) ln x − x + ½ ln 2π) for x ≥ [`ASYMPTOTIC_ABOVE`].
 fn stirling(x: f64) -> f64 {
     let y = 1.0 / (x * x);
     STIRLING.iter().rev().fold(0.0, |sum, c| sum * y + c) / x

@@ -55,7 +55,7 @@ pub enum Error {
 /// # Errors
 ///
 /// [`Error::Memory`].
-pub(crate) fn room(bytes: usize) -> Result<(), Error> {
+pub(crate) fn check_memory(bytes: usize) -> Result<(), Error> {
     Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Error::Memory { bytes })
 }
 
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn room_for_a_little_and_not_for_all() {
-        assert_eq!(room(1 << 20), Ok(()));
-        assert_eq!(room(1 << 60), Err(Error::Memory { bytes: 1 << 60 }));
+        assert_eq!(check_memory(1 << 20), Ok(()));
+        assert_eq!(check_memory(1 << 60), Err(Error::Memory { bytes: 1 << 60 }));
     }
 }

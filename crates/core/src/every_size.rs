@@ -24,8 +24,8 @@
 //! other two change the sum by Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border: sums of
 //! points, not of products.
 //!
-//! The remaining phase in a block is as large as its second differences, to a factor that depends only on the shape of its
-//! spectrum, whatever the drift and the mean of the record.
+//! The remaining phase in a block is as large as its second differences, up to a factor that depends only on the shape
+//! of its spectrum, whatever the drift and the mean of the record.
 //!
 //! # Errors
 //!
@@ -64,8 +64,8 @@ const DIRECT_TERMS: usize = 512;
 /// Largest relative error of a sum that is returned.
 const TOLERANCE: f64 = 5e-10;
 
-/// Error of a correlation over the norm of the starts times that of the points that they reach: twice the largest error
-/// in the tests, for a strong line.
+/// Error of a correlation, divided by the norm of its starts and by that of the points that they reach: twice the
+/// largest error in the tests, for a strong line.
 const TRANSFORM_ERROR: f64 = 4.0 * f64::EPSILON;
 
 /// Sums of the squared second differences of the first `points` of a phase, for n from [`SMALLEST`] up to `largest`; None if

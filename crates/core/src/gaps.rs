@@ -20,7 +20,7 @@ use sums::{BLOCK, Block, mean_of};
 const RARE_LOSSES: usize = 64;
 
 /// Number of sizes that one thread handles together.
-const TOGETHER: usize = 16;
+const SIZES_TOGETHER: usize = 16;
 
 /// Running sums over the present samples before a point.
 #[derive(Clone, Copy, Default)]
@@ -67,7 +67,7 @@ pub fn allan_variance(
     if missing.len() < rate.len() / RARE_LOSSES {
         let points = few::Points::of(rate, missing);
         let some = |sizes: &[usize]| points.estimates(used, sizes, step);
-        return on_threads(threads, || m.par_chunks(TOGETHER).flat_map_iter(some).collect());
+        return on_threads(threads, || m.par_chunks(SIZES_TOGETHER).flat_map_iter(some).collect());
     }
     let points = running_sums(rate);
     on_threads(threads, || m.par_iter().map(|&m| estimate(&points[..=used], m, step(m))).collect())

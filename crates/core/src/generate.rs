@@ -25,7 +25,7 @@ pub enum Component {
         transition: Vec<f64>,
         /// L, row by row; L Lᵀ is the covariance of the noise that a step adds.
         noise: Vec<f64>,
-        /// The same factor for the state at the start.
+        /// L for the state at the start.
         start: Vec<f64>,
     },
     /// A first-order Gauss-Markov process.

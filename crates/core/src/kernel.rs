@@ -15,7 +15,7 @@ const LANES: usize = 4;
 pub type Window = [f64; STARTS];
 
 /// Largest number of taus handled in one pass: with more, the sums no longer fit into the registers.
-pub const MOST_TAUS: usize = 6;
+pub const MAX_TAUS: usize = 6;
 
 /// Partial sums that are added at the end, by [`add_lanes`].
 pub type Lanes = [f64; LANES];

@@ -60,6 +60,6 @@ pub use joint::Common;
 pub use joint_fit::{ALPHA, Contribution, JointFit, RunEstimate, Spread, fit_jointly};
 pub use masked::{MaskedPass, Weighting};
 pub use outcome::{Options, WhiteLevel};
-pub use parts::{GaussMarkovEstimate, LineEstimate, MOST_LINES, Number, Parameter, ResonanceEstimate};
+pub use parts::{GaussMarkovEstimate, LineEstimate, MAX_LINES, Number, Parameter, ResonanceEstimate};
 pub use pass::Pass;
-pub use summary::{LEAST_SAMPLES, Summary};
+pub use summary::{MIN_SAMPLES, Summary};

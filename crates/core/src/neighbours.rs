@@ -1,17 +1,17 @@
 //! Medians and scatter of the neighbours of samples, for outliers; missing samples are NaN.
 
-/// Number of neighbours on either side whose scatter is computed, including the nearest one, which is left out.
+/// Number of neighbours on either side whose scatter is computed, without the nearest one but counting it.
 const NEIGHBOURS: usize = 32;
 
 /// Smallest number of changes whose scatter is computed.
-const LEAST_CHANGES: usize = 4;
+const MIN_CHANGES: usize = 4;
 
 /// Thresholds of [`outliers`].
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// Distance from either side.
+    /// Distance from the nearer median, see [`from_sides`].
     pub threshold: f64,
-    /// The same in standard deviations of the neighbours; `least` is added to the product.
+    /// The same in standard deviations of the neighbours, to which `least` is added.
     pub multiple: f64,
     /// See `multiple`.
     pub least: f64,
@@ -100,7 +100,7 @@ pub fn scatter(x: &[f64], at: usize, quantile: Quantile, values: &mut Vec<f64>) 
         values.extend(
             near.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|change| change.is_finite()),
         );
-        if values.len() < LEAST_CHANGES {
+        if values.len() < MIN_CHANGES {
             return 0.0;
         }
         values.sort_unstable_by(f64::total_cmp);

@@ -18,7 +18,7 @@ mod survey;
 
 pub use survey::{LONGEST_BLOCK, SHORTEST_BLOCK};
 
-/// Largest number of points with a stored sum.
+/// Largest number of points in a stretch, of which the sum is stored.
 const STRETCH: usize = 16_384;
 
 /// Memory of phases that are no longer used, because new pages would take longer than the sums.
@@ -214,8 +214,8 @@ struct Totals {
 }
 
 impl Block<'_> {
-    /// The points are relative to the first one, which is 0; each sample has the point before it. None if a sample cannot
-    /// be used. The result has the same bits on every processor.
+    /// The points are relative to the first one, which is 0; a sample is the step to the next one. None if a sample
+    /// cannot be used. The result has the same bits on every processor.
     fn sum(self) -> Option<Totals> {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {

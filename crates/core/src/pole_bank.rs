@@ -4,7 +4,7 @@
 //! from 0 to 1. With x = 1 / (1 + e⁻ᵘ) the weight becomes 1 / (2π cosh(u / 2)) du, and eᵘ is the time of the pole in
 //! samples: a trapezoidal rule in u spreads the poles evenly over its logarithm. The integrand has no singularity nearer
 //! to the real line than π / 2, so that the error falls as exp(−π² / step): 2 · 10⁻⁵ at `STEP`. The poles of the rule
-//! beyond either end are replaced by one pole with their total weight and their mean.
+//! beyond either end are replaced by one pole with their total weight and their mean loss.
 
 use crate::draws::{Draws, Source};
 use std::f64::consts::{LN_10, PI};
@@ -13,10 +13,10 @@ use std::f64::consts::{LN_10, PI};
 const PER_DECADE: f64 = 2.5;
 /// Step of the rule, in u.
 const STEP: f64 = LN_10 / PER_DECADE;
-/// Time of the shortest pole in samples.
-const SHORTEST: f64 = 0.03;
-/// Time of the longest pole over the length of the record.
-const LONGEST: f64 = 10.0;
+/// Largest time of the first pole. \[samples\]
+const FIRST_TIME: f64 = 0.03;
+/// Smallest ratio of the time of the last pole to the length of the record.
+const LAST_TIME_RATIO: f64 = 10.0;
 /// Number of poles that are computed together.
 const LANES: usize = 4;
 
@@ -32,8 +32,8 @@ pub struct Pole {
 /// The poles for records of `n` samples, the longest last.
 #[must_use]
 pub fn poles(n: usize) -> Vec<Pole> {
-    let first = (SHORTEST.ln() / STEP).floor() as i32;
-    let last = ((LONGEST * n.max(1) as f64).ln() / STEP).ceil() as i32;
+    let first = (FIRST_TIME.ln() / STEP).floor() as i32;
+    let last = ((LAST_TIME_RATIO * n.max(1) as f64).ln() / STEP).ceil() as i32;
     // Beyond this number of steps the remainder is less than 10⁻¹⁶ of the tail.
     let tail = (80.0 / STEP) as i32;
     let mut poles = vec![mean((first - tail..first).map(node))];
@@ -47,7 +47,7 @@ fn node(j: i32) -> Pole {
     Pole { loss: 1.0 / (1.0 + u.exp()), weight: STEP / (2.0 * PI * (0.5 * u).cosh()) }
 }
 
-/// One pole with the weight of several, and their mean.
+/// One pole with the total weight of several, and their weighted mean loss.
 fn mean(poles: impl Iterator<Item = Pole>) -> Pole {
     let (weight, loss) = poles.fold((0.0, 0.0), |(w, l), p| (w + p.weight, l + p.weight * p.loss));
     Pole { loss: loss / weight, weight }

@@ -40,9 +40,9 @@ pub(crate) struct Sinusoid {
 
 /// Turns in the units of the phase, without whole turns.
 fn turns(value: f64) -> u64 {
-    const UNITS: f64 = 18_446_744_073_709_551_616.0;
+    const UNITS_PER_TURN: f64 = 18_446_744_073_709_551_616.0;
     // A fraction that rounds up to a whole turn is 0.
-    ((value - value.floor()) * UNITS) as u128 as u64
+    ((value - value.floor()) * UNITS_PER_TURN) as u128 as u64
 }
 
 impl Sinusoid {

@@ -108,7 +108,7 @@ pub fn band_limited_sampled(n: f64, order: u8, corner_hz: f64, tau0: f64, f: f64
 }
 
 /// Cluster size from which sin⁴ is replaced by its mean over an oscillation.
-const AVERAGED: usize = 1024;
+const AVERAGED_FROM: usize = 1024;
 
 /// Mean of sin⁴ over an oscillation.
 pub(crate) const MEAN_OF_SINE_4: f64 = 0.375;
@@ -127,7 +127,7 @@ pub fn avar_of_density(density: impl Fn(f64) -> f64, points: usize, tau0: f64, s
         .unzip();
     let all: f64 = MEAN_OF_SINE_4 * weights.iter().sum::<f64>();
     let sum = |m: usize| {
-        if m >= AVERAGED {
+        if m >= AVERAGED_FROM {
             return all;
         }
         let size = m as f64;

@@ -9,11 +9,11 @@ use sigmatau_fft::Complex64;
 use std::f64::consts::PI;
 
 /// Frequency over the sampling rate below which folding is negligible.
-const FOLDING: f64 = 0.02;
+const NEGLIGIBLE_FREQUENCY: f64 = 0.02;
 
 /// Density that sampling folds to the frequency 0, over that of the white noise, above which a model without the resonance
 /// describes longer averaging times better.
-const FOLDED: f64 = 0.02;
+const MAX_FOLDED_RATIO: f64 = 0.02;
 
 /// Number of frequencies up to half the rate in the integral of the density.
 const POINTS: usize = 8192;
@@ -50,7 +50,7 @@ impl Resonance {
     /// the noise folded from above. [(rate unit)²]
     #[must_use]
     pub fn avar_unfolded(&self, tau0: f64, sizes: &[usize]) -> Vec<f64> {
-        if self.frequency * tau0 < FOLDING {
+        if self.frequency * tau0 < NEGLIGIBLE_FREQUENCY {
             return sizes.iter().map(|&m| self.avar_sampled(tau0, m)).collect();
         }
         avar_of_density(|f| self.psd(f), POINTS, tau0, sizes)
@@ -64,10 +64,11 @@ impl Resonance {
         tau0 * (weight * (2.0 - lost) / lost).re
     }
 
-    /// Whether sampling adds noise to the white noise at low frequencies that a fit of the spectrum does not show.
+    /// Whether sampling folds noise to low frequencies that counts beside the white noise, and that a fit does not
+    /// show.
     #[must_use]
     pub fn folds(&self, tau0: f64, random_walk: f64) -> bool {
-        self.folded_level(tau0) > FOLDED * random_walk * random_walk
+        self.folded_level(tau0) > MAX_FOLDED_RATIO * random_walk * random_walk
     }
 
     /// Weight, and decay per sample, of the complex exponential whose real part is the autocovariance.

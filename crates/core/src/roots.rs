@@ -8,7 +8,7 @@
 ///
 /// # Errors
 ///
-/// The first error of f.
+/// The first error that f returns.
 pub(crate) fn root<E>(
     mut f: impl FnMut(f64) -> Result<f64, E>,
     (mut a, mut fa): (f64, f64),

@@ -4,7 +4,7 @@
 //! sums are added in the order of the blocks, so that results do not depend on the number of threads.
 
 use crate::compensated::Sum;
-use crate::kernel::{self, Batch, MOST_TAUS, Path, STARTS, Window};
+use crate::kernel::{self, Batch, MAX_TAUS, Path, STARTS, Window};
 use crate::parallel::prelude::*;
 use crate::phase::{Phase, SHORTEST_BLOCK};
 use std::cell::RefCell;
@@ -79,7 +79,8 @@ struct SizeBatch {
 }
 
 impl SizeBatch {
-    /// Distance in blocks of starts that are one cluster of the smallest size apart, if these follow each other in a task.
+    /// Length of the smallest cluster in blocks, if the blocks of a task are that far apart; None if they are
+    /// consecutive.
     ///
     /// If a chain reaches farther than a cache, each window would be loaded from memory for each size. In steps of the
     /// smallest size, all windows of a block but one are also windows of the next block.
@@ -125,10 +126,10 @@ fn batches(sizes: &[usize]) -> Vec<SizeBatch> {
     batches
 }
 
-/// The smallest number of parts of at most [`MOST_TAUS`] sizes, with nearly equal lengths, because a short part has too few
-/// sums to keep the processor busy.
+/// The smallest number of parts of at most [`MAX_TAUS`] sizes, with nearly equal lengths, because a short part has too
+/// few sums to keep the processor busy.
 fn even_parts(sizes: &[usize]) -> impl Iterator<Item = &[usize]> {
-    let parts = sizes.len().div_ceil(MOST_TAUS);
+    let parts = sizes.len().div_ceil(MAX_TAUS);
     (0..parts).map(move |k| &sizes[k * sizes.len() / parts..(k + 1) * sizes.len() / parts])
 }
 
@@ -148,8 +149,8 @@ thread_local! {
     static SCRATCH: RefCell<Vec<Window>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Copies of windows across the border of a block, one for each of the 2·[`MOST_TAUS`] lags of a batch, each relative to
-/// one anchor.
+/// Copies of windows across the border of a block, one for each of the 2·[`MAX_TAUS`] lags of a batch, relative to one
+/// anchor each.
 type Scratch = [Window];
 
 impl Blocks<'_> {
@@ -181,7 +182,7 @@ impl Blocks<'_> {
     /// One sum per size of a task, in the order of its batches.
     fn over(&self, task: &Task) -> Vec<Sum> {
         SCRATCH.with_borrow_mut(|scratch| {
-            scratch.resize(2 * MOST_TAUS, [0.0; STARTS]);
+            scratch.resize(2 * MAX_TAUS, [0.0; STARTS]);
             self.over_in(task, scratch)
         })
     }
@@ -245,7 +246,7 @@ impl Blocks<'_> {
         scratch: &mut Scratch,
     ) {
         let size = |tau: usize| batch.sizes[tau];
-        let (middles, lasts) = scratch.split_at_mut(MOST_TAUS);
+        let (middles, lasts) = scratch.split_at_mut(MAX_TAUS);
         for tau in 0..T {
             if tau == 0 || !batch.chained {
                 self.rebase(start + size(tau), &mut middles[tau]);
@@ -338,7 +339,7 @@ impl Blocks<'_> {
 const _: () = assert!(SHORTEST_BLOCK % STARTS == 0);
 
 // `add_block` has an arm for every length of a batch.
-const _: () = assert!(MOST_TAUS == 6);
+const _: () = assert!(MAX_TAUS == 6);
 
 #[cfg(test)]
 mod tests {
@@ -355,7 +356,7 @@ mod tests {
             all.sort_unstable();
             assert_eq!(all, sizes);
             for SizeBatch { sizes, chained } in batches {
-                assert!(sizes.len() <= MOST_TAUS);
+                assert!(sizes.len() <= MAX_TAUS);
                 assert!(
                     sizes.windows(2).all(|pair| pair[0] < pair[1] && (!chained || 2 * pair[0] == pair[1]))
                 );

@@ -103,8 +103,8 @@ impl Accumulator {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] `start` if `later` does not begin where this one ends, `m` if it has other sizes or is of the
-    /// other kind. Then nothing has changed.
+    /// [`Error::Parameter`] `start` if `later` does not begin where this one ends, `m` if its sizes or its
+    /// treatment of long clusters differ. Then nothing has changed.
     pub fn merge(&mut self, later: &Self) -> Result<(), Error> {
         if later.start != self.start + self.samples() {
             return Err(Error::Parameter { name: "start", value: later.start as f64 });

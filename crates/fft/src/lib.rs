@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub struct Planner(realfft::RealFftPlanner<f64>);
 
 impl Planner {
-    /// Has no plan yet.
+    /// A planner without plans.
     #[must_use]
     pub fn new() -> Self {
         Self::default()

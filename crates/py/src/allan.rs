@@ -29,7 +29,7 @@ pub fn allan_variances<'py>(
     let counting = if paper { Counting::Paper } else { Counting::Standard };
     let threads = (threads > 0).then_some(threads);
     let channels = detached(py, || allan::allan_variances(&columns, &sizes, overlap, counting, threads))
-        .map_err(|error| wrong(&columns, error))?;
+        .map_err(|error| error_in_channel(&columns, error))?;
     let pairs: Vec<i64> = channels.first().into_iter().flatten().map(|e| e.pairs as i64).collect();
     let by_channel = |of: fn(&Estimate) -> f64| -> Arrays<'py> {
         channels.iter().map(|c| c.iter().map(of).collect::<Vec<_>>().into_pyarray(py)).collect()
@@ -58,8 +58,8 @@ pub fn value_error(error: &Error) -> PyErr {
     }
 }
 
-/// The core reports only the index of the sample; this function finds its channel.
-pub fn wrong(columns: &[&[f64]], error: Error) -> PyErr {
+/// The error with the channel: the core reports only the index of the sample.
+pub fn error_in_channel(columns: &[&[f64]], error: Error) -> PyErr {
     let Error::NonFinite { index } = error else {
         return value_error(&error);
     };

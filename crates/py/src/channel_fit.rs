@@ -109,7 +109,8 @@ frozen_class! {
         high: Option<f64>,
         /// Order and corner of the Butterworth filter that replaces it in a noise model. [Hz]
         low_pass: Option<(u8, f64)>,
-        /// Highest frequency of the fit, because the filter removes the rest; 0 if its shape is known. [Hz]
+        /// Frequency up to which the coefficients describe the filter; above, its shape does. None: at all frequencies.
+        /// [Hz]
         known_to: Option<f64>,
         /// Damping of a filter with two poles.
         damping: Option<f64>,

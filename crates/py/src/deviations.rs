@@ -1,6 +1,6 @@
 //! Deviations other than the Allan deviation, and their degrees of freedom.
 
-use crate::allan::{sizes, value_error, wrong};
+use crate::allan::{error_in_channel, sizes, value_error};
 use crate::pool::detached;
 use crate::terms::in_order;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
@@ -47,7 +47,7 @@ pub fn deviations_of_channels<'py>(
     let sizes = sizes(&m)?;
     let threads = (threads > 0).then_some(threads);
     let channels = detached(py, || deviations::deviations_of_channels(kind, &columns, &sizes, threads))
-        .map_err(|error| wrong(&columns, error))?;
+        .map_err(|error| error_in_channel(&columns, error))?;
     let terms: Vec<i64> = channels.first().into_iter().flatten().map(|d| d.terms as i64).collect();
     let by_channel = channels
         .iter()

@@ -1,6 +1,6 @@
 //! Allan variances of records with missing samples.
 
-use crate::allan::{sizes, wrong};
+use crate::allan::{error_in_channel, sizes};
 use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -24,7 +24,7 @@ pub fn masked_variances<'py>(
     let counting = if paper { Counting::Paper } else { Counting::Standard };
     let threads = (threads > 0).then_some(threads);
     let found = detached(py, || gaps::allan_variance(column, &sizes, overlap, counting, threads))
-        .map_err(|error| wrong(&[column], error))?;
+        .map_err(|error| error_in_channel(&[column], error))?;
     let of = |value: fn(&sigmatau_core::allan::Estimate) -> f64| {
         found.iter().map(value).collect::<Vec<_>>().into_pyarray(py)
     };

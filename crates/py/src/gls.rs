@@ -50,7 +50,7 @@ impl GlsComponents {
 
     /// Number of modes that each mode represents.
     fn modes<'py>(&self, py: Python<'py>) -> Floats<'py> {
-        self.0.base.modes().to_vec().into_pyarray(py)
+        self.0.base.multiplicities().to_vec().into_pyarray(py)
     }
 
     fn degrees_of_freedom<'py>(&self, py: Python<'py>, theta: Vec<f64>, ramp: f64) -> PyResult<Floats<'py>> {

@@ -29,7 +29,7 @@ mod text;
 mod _core {
     /// Largest number of lines of a fit; the strongest ones are kept.
     #[pymodule_export]
-    const MOST_LINES: usize = sigmatau_core::likelihood::MOST_LINES;
+    const MAX_LINES: usize = sigmatau_core::likelihood::MAX_LINES;
     /// Corrected p-value below which a run is an outlier.
     #[pymodule_export]
     const OUTLIER_ALPHA: f64 = sigmatau_core::likelihood::ALPHA;

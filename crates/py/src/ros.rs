@@ -98,7 +98,7 @@ fn end_fields(end: End) -> EndFields {
         Fault::BrokenOff => "broken_off",
         Fault::NoEnd => "no_end",
         Fault::Damaged => "damaged",
-        Fault::Behind => "behind",
+        Fault::BytesAfterEnd => "behind",
         Fault::Filler => "filler",
         Fault::Expanded => "expanded",
     };

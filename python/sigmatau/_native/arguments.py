@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import NonFiniteError, OptionError
 
-_MOST_THREADS = 1024
+_MAX_THREADS = 1024
 _LARGEST_SIZE = 2**53  # integers up to this size are exact in a double
 _PIECE = 4096  # number of samples of each column that are copied together
 
@@ -25,8 +25,8 @@ def check_counting(counting: str) -> None:
 
 
 def check_threads(threads: int | None) -> None:
-    if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MOST_THREADS):
-        raise OptionError(f"{{option}} must be a number from 1 to {_MOST_THREADS}, not {threads!r}", option="threads")
+    if threads is not None and not (isinstance(threads, int | np.integer) and 1 <= threads <= _MAX_THREADS):
+        raise OptionError(f"{{option}} must be a number from 1 to {_MAX_THREADS}, not {threads!r}", option="threads")
 
 
 def non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: Sequence[str]) -> NonFiniteError:

@@ -201,14 +201,14 @@ class Sentences:
 
 
 def read_sentences(
-    path: str, *, name: str, fields: int, wanted: tuple[int, ...], longest: int = _ANY_SIZE
+    path: str, *, name: str, fields: int, wanted: tuple[int, ...], max_bytes: int = _ANY_SIZE
 ) -> Sentences:
     """Read the wanted fields, counted from 0, of the VectorNav sentences `name` (without ``$``); raises
     `TextReadError`.
     """
     try:
         columns, broken, inner, examples, other_lines, cut = _core.read_sentences(
-            path, name, fields, list(wanted), longest
+            path, name, fields, list(wanted), max_bytes
         )
     except _core.TextError as error:
         raise TextReadError(*error.args) from None

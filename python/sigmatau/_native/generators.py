@@ -31,7 +31,7 @@ class Generator:
         self._made = _core.Generator(n, tau0, seed)
 
     def add_term(self, term: str, value: float, *, channel: int, poles: bool = False) -> None:
-        """Add one of the five terms, with the random numbers of a channel; bias instability from poles or exactly."""
+        """Add one of the five terms, bias instability exact or as poles; `channel` numbers its random stream."""
         self._made.add_term(term, value, channel, poles)
 
     def add_filtered(
@@ -43,10 +43,10 @@ class Generator:
         *,
         channel: int,
     ) -> None:
-        """Add the first state of x' = A·x + L·w, scaled, with the random numbers of the random walk.
+        """Add the first state of x' = A·x + L·w, scaled; w is the white noise of the random walk.
 
-        `transition` is A. `noise` is L, where L·Lᵀ is the covariance that a step adds. `start` is the same factor for
-        the first state. Each has shape (n_states, n_states).
+        `transition` is A. `noise` is L, where L·Lᵀ is the covariance that a step adds. `start` is this factor of
+        the covariance of the initial state. Each has shape (n_states, n_states).
         """
         self._made.add_filtered(
             scale, transition.ravel().tolist(), noise.ravel().tolist(), start.ravel().tolist(), channel
@@ -66,5 +66,5 @@ class Generator:
 
 
 def flicker_poles(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Poles that make flicker noise of `n` samples in a stream: losses 1 − p and weights, each of shape (n_poles,)."""
+    """Poles p whose sum approximates flicker noise of `n` samples: 1 − p and weights, each of shape (n_poles,)."""
     return _core.flicker_poles(n)

@@ -51,7 +51,7 @@ class Components:
 
     @property
     def modes(self) -> Floats:
-        """Number of modes that each mode represents, shape (n_modes,)."""
+        """Number of modes of the record that each computed mode represents, shape (n_modes,)."""
         return self._native.modes()
 
     def covariance(self, theta: ArrayLike) -> Floats:
@@ -87,7 +87,7 @@ class Gls:
 
     @property
     def avar(self) -> Floats:
-        """The variances, without the ramp if one was removed."""
+        """The Allan variances; without the ramp, if it was removed."""
         return self._native.avar
 
     def expected(self, theta: ArrayLike) -> Floats:

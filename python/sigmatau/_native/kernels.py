@@ -28,9 +28,9 @@ class RunningSums:
     Parameters
     ----------
     m : ndarray of int
-        Cluster sizes; with strides, multiples of them.
+        Cluster sizes; if `strided`, multiples of their strides.
     strided : bool
-        Bounded memory, clusters of more than 4096 samples averaged over a part of their starts.
+        Whether memory is bounded: clusters of more than 4096 samples then begin at some of the samples only.
     start : int
         Index in the record of the first sample.
     name : str
@@ -78,7 +78,7 @@ class RunningSums:
     def snapshot(
         self,
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-        """Cluster sizes, variances, ramps per sample, pairs and strides, for the sizes that leave a pair."""
+        """Cluster sizes, variances, ramps per sample, pairs and strides, for the sizes with at least one pair."""
         return self._sums.snapshot()
 
 
@@ -154,7 +154,7 @@ def masked_variances(
 
 
 def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:
-    """Smallest and largest cluster size of an estimator, and the fewest samples that leave one."""
+    """Smallest and largest cluster size of an estimator, and the smallest number of samples that it accepts."""
     return _core.deviation_limits(kind, n)
 
 
@@ -169,7 +169,7 @@ def deviations(
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
     """Deviations of several channels of one length, and how many terms each averages; see `sigmatau.deviation`.
 
-    Estimators of the phase itself have the unit of the rate times one sample.
+    Deviations in the unit of the phase are returned as rate times samples.
     """
     check_overlap(overlap)
     check_threads(threads)
@@ -197,8 +197,8 @@ def quadratic_edf(
     except ValueError as error:
         if "quantization" in str(error):
             raise OptionError(
-                f"the degrees of freedom of {kind!r} are not known where quantization noise is more than 1 % of the"
-                " variance, beyond 48 samples of averaging: leave it out of {option}, or take the modified or the Hadamard"
+                f"the degrees of freedom of {kind!r} are not known beyond 48 samples of averaging where quantization"
+                " noise exceeds 1 % of the variance: leave it out of {option}, or take the modified or the Hadamard"
                 " deviation",
                 option="noise",
             ) from None

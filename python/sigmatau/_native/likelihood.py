@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import _core
-from sigmatau._core import MOST_LINES as MOST_LINES
+from sigmatau._core import MAX_LINES as MAX_LINES
 from sigmatau._core import OUTLIER_ALPHA as OUTLIER_ALPHA
 from sigmatau._core import ChannelFit as ChannelFit
 from sigmatau._core import Estimate as Estimate
@@ -25,9 +25,9 @@ from sigmatau._core import WarmUpEstimate as WarmUpEstimate
 from sigmatau._core import fit_jointly as fit_jointly
 from sigmatau.arrays import Floats
 
-LEAST_SAMPLES = 256
+MIN_SAMPLES = 256
 
-_LEAST_TAPER = 0.2  # shortest taper [samples]; for a shorter one all weights of a run are 1
+_MIN_TAPER = 0.2  # shortest taper; below it, all weights of a run are 1 [samples]
 
 
 def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> LikelihoodSummary:
@@ -44,7 +44,7 @@ def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> Likelih
     Raises
     ------
     ValueError
-        For fewer than `LEAST_SAMPLES`, for a sample that is not finite or larger than 1e130.
+        For fewer than `MIN_SAMPLES`, for a sample that is not finite or larger than 1e130.
     """
     return _walked(_core.LikelihoodPass(samples, tau0), pieces)
 
@@ -71,7 +71,7 @@ def summarize_masked(
     mask = np.ascontiguousarray(present, dtype=np.bool_)
     summary = _walked(_core.LikelihoodPass.masked(mask, tau0), pieces())
     taper, differences = summary.weighting()
-    if taper < _LEAST_TAPER and differences is None:
+    if taper < _MIN_TAPER and differences is None:
         return summary
     return _walked(_core.LikelihoodPass.masked(mask, tau0, taper, differences), pieces())
 

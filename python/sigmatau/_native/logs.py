@@ -57,11 +57,11 @@ class Decoded:
     rows: int
 
 
-def log_contents(path: str, kind: LogKind, *, longest: int) -> LogContents:
-    """Contents of a log, from its summary or by reading it; its chunks may unpack to `longest` bytes. Raises
+def log_contents(path: str, kind: LogKind, *, max_bytes: int) -> LogContents:
+    """Contents of a log, from its summary or by reading it; its chunks may unpack to `max_bytes`. Raises
     OSError.
     """
-    channels, declared, end = _core.log_contents(path, kind == "rosbag1", longest)
+    channels, declared, end = _core.log_contents(path, kind == "rosbag1", max_bytes)
     return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
 
 
@@ -74,7 +74,7 @@ def log_messages(
     cdr: bool,
     wanted: Sequence[int],
     exact: int | None,
-    longest: int,
+    max_bytes: int,
 ) -> tuple[Decoded, LogEnd]:
     """Columns of the messages of some channels, up to the first fault of the file; raises OSError.
 
@@ -92,11 +92,11 @@ def log_messages(
         Columns to return, counted from 0.
     exact : int or None
         Column of 64-bit integers to return as such, if it has them.
-    longest : int
+    max_bytes : int
         Total size to which the chunks of the file may unpack. [bytes]
     """
     decoded, end = _core.log_messages(
-        path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact, longest
+        path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact, max_bytes
     )
     return _decoded(decoded, wanted, exact), LogEnd(*end)
 
@@ -127,7 +127,7 @@ def _decoded(
 
 
 def scan_dataflash(path: str) -> Mapping[str, Any]:
-    """Contents of an ArduPilot DataFlash file, up to a break if there is one.
+    """Contents of an ArduPilot DataFlash file, up to the first fault.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def dataflash_columns(
 
 
 def scan_ulog(path: str) -> Mapping[str, Any]:
-    """Contents of a ULog file, up to a break if there is one.
+    """Contents of a ULog file, up to the first fault.
 
     Returns
     -------

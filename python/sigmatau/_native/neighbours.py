@@ -17,7 +17,7 @@ def outliers(x: Floats, *, threshold: float, multiple: float, smallest: float, s
 
 
 def residuals(x: Floats, indices: Ints, side: int) -> Floats:
-    """Distance of each sample from the nearer median of its two sides; 0 between the two medians.
+    """Distance of each sample from the nearer of the medians of its two sides; 0 if it lies between them.
 
     A side with fewer than two samples is ignored; NaN if both are.
     """
@@ -25,9 +25,9 @@ def residuals(x: Floats, indices: Ints, side: int) -> Floats:
 
 
 def scatter(x: Floats, indices: Ints, part: float) -> Floats:
-    """Standard deviation of the 31 samples before or after each index and its neighbour; 0 if unknown.
+    """Standard deviation of the noise in 31 samples before or after each index, without the adjacent one; 0 if unknown.
 
-    It is estimated from the quantile `part` of the changes from sample to sample: 0.5, or 0.25 where half of the
+    It is estimated from the quantile `part` of the sample-to-sample differences: 0.5, or 0.25 where half of the
     samples may be spikes. The larger of the two sides is used, so that the first sample of a shock is compared with the
     shock.
     """
@@ -40,5 +40,5 @@ def neighbour_medians(x: Floats, side: int, fewest: int) -> Floats:
 
 
 def _quantile(part: float) -> list[float]:
-    """The part of the changes below a quantile, and that quantile for normal noise."""
+    """The share of the differences below a quantile, and the value of that quantile for standard normal noise."""
     return [part, math.sqrt(2) * NormalDist().inv_cdf((1 + part) / 2)]

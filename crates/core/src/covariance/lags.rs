@@ -12,10 +12,10 @@ use std::sync::LazyLock;
 /// Nodes of a panel.
 const NODES: usize = 10;
 /// Binary logarithm of the length of the shortest panel, which has about twice as many lags as nodes.
-const SHORTEST: usize = 4;
+const LOG2_SHORTEST_PANEL: usize = 4;
 /// Number of lags on either side of a kink that are always summed one by one.
-pub(crate) const SUMMED_LAGS: usize = 1 << SHORTEST;
-/// Panels are at most 2^(SHORTEST + PANELS − 1) lags long.
+pub(crate) const SUMMED_LAGS: usize = 1 << LOG2_SHORTEST_PANEL;
+/// Panels are at most 2^([`LOG2_SHORTEST_PANEL`] + PANELS − 1) lags long.
 const PANELS: usize = 48;
 
 /// Node, from −1 to 1 over the panel, and weight.
@@ -28,8 +28,9 @@ pub(crate) struct Rules(Vec<Rule>);
 impl Rules {
     /// The rules, computed on first use.
     pub(crate) fn get() -> &'static Self {
-        static RULES: LazyLock<Rules> =
-            LazyLock::new(|| Rules((SHORTEST..SHORTEST + PANELS).map(|log| rule(1u64 << log)).collect()));
+        static RULES: LazyLock<Rules> = LazyLock::new(|| {
+            Rules((LOG2_SHORTEST_PANEL..LOG2_SHORTEST_PANEL + PANELS).map(|log| rule(1u64 << log)).collect())
+        });
         &RULES
     }
 
@@ -95,8 +96,8 @@ impl Rules {
         end: usize,
         visit: &mut impl FnMut(f64, f64),
     ) -> usize {
-        let panel = (room.ilog2() as usize - SHORTEST).min(PANELS - 1);
-        let length = 1 << (panel + SHORTEST);
+        let panel = (room.ilog2() as usize - LOG2_SHORTEST_PANEL).min(PANELS - 1);
+        let length = 1 << (panel + LOG2_SHORTEST_PANEL);
         let start = if at_beginning { first } else { end - length };
         let half = 0.5 * length as f64;
         let centre = start as f64 + (half - 0.5);
@@ -172,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_panel_sums_polynomials_up_to_its_degree() {
-        for log in SHORTEST..14 {
+        for log in LOG2_SHORTEST_PANEL..14 {
             let length = 1u64 << log;
             let rule = rule(length);
             assert!(rule.windows(2).all(|pair| pair[0].0 < pair[1].0) && rule[NODES - 1].0 < 1.0);

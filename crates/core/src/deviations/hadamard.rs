@@ -13,7 +13,7 @@ pub(super) fn overlapping(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
     m.iter().zip(sums).map(|(&m, sum)| deviation(m, phase.samples() + 1 - 3 * m, sum)).collect()
 }
 
-/// Clusters k·m … (k + 1)·m − 1 against the next two.
+/// Squared differences of each whole cluster, k·m … (k + 1)·m − 1, and the next two.
 pub(super) fn disjoint(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
     let of_size = |&m: &usize| {
         let terms = phase.samples() / m - 2;
@@ -44,7 +44,7 @@ pub struct Constant(f64);
 
 impl Correction for Constant {
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Inlined into a loop, which is only fast as a whole.
+    #[allow(clippy::inline_always)] // The loop that calls it is only fast if this is inlined.
     fn at(self, _: f64) -> f64 {
         self.0
     }

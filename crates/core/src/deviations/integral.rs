@@ -100,7 +100,7 @@ pub struct Quadratic {
 
 impl Correction for Quadratic {
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Inlined into a loop, which is only fast as a whole.
+    #[allow(clippy::inline_always)] // The loop that calls it is only fast if this is inlined.
     fn at(self, index: f64) -> f64 {
         self.value + index * (self.slope + index * self.bend)
     }

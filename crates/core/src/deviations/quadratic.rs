@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 pub const LONGEST: usize = 384;
 
 /// Cluster size of the record that represents a longer one.
-const REDUCED: usize = 48;
+const REDUCED_SIZE: usize = 48;
 
 /// Share of quantization noise in the Allan variance below which it is ignored.
 pub const SHARE: f64 = 0.01;
@@ -40,7 +40,7 @@ pub fn degrees_of_freedom(
 ) -> Result<Vec<f64>, Error> {
     kind.check(samples, m)?;
     let scaled =
-        |&&m: &&usize| samples > LONGEST && m > REDUCED && quantization_share(m, coefficients) > SHARE;
+        |&&m: &&usize| samples > LONGEST && m > REDUCED_SIZE && quantization_share(m, coefficients) > SHARE;
     if m.iter().any(|m| scaled(&m)) {
         return Err(Error::Parameter { name: "quantization", value: coefficients.noise[0].sqrt() });
     }
@@ -63,8 +63,8 @@ fn freedom_at_size(kind: Kind, samples: usize, m: usize, coefficients: &Coeffici
         return mean * mean / square;
     }
     // The scale makes the record short enough, but no coarser than necessary; Theo1 needs an even size.
-    let reduced = (LONGEST * m / samples).max(REDUCED).min(m) / 2 * 2;
-    let reduced = if reduced < 2 || m < REDUCED { m } else { reduced };
+    let reduced = (LONGEST * m / samples).max(REDUCED_SIZE).min(m) / 2 * 2;
+    let reduced = if reduced < 2 || m < REDUCED_SIZE { m } else { reduced };
     let scale = m as f64 / reduced as f64;
     let scaled_coefficient = |term: Term| {
         let power = term.interval_power();
@@ -174,7 +174,7 @@ mod tests {
     fn a_short_record_stands_for_a_longer_one() {
         for kind in KINDS {
             for (samples, m) in [(600, 10), (600, 40), (600, 60), (600, 180), (600, 590)] {
-                for term in if m <= REDUCED { 0..4 } else { 1..4 } {
+                for term in if m <= REDUCED_SIZE { 0..4 } else { 1..4 } {
                     let mut coefficients = Coefficients::default();
                     coefficients.noise[term] = 1.0;
                     let got = degrees_of_freedom(kind, samples, &[m], &coefficients).unwrap()[0];

@@ -33,7 +33,7 @@ pub trait Correction: Copy {
 
 /// A sequence of points, each relative to an origin of its block.
 pub trait Curve: Sync {
-    /// Origin of a window, relative to all others.
+    /// Origin of a window.
     type Origin: Copy;
     /// See [`Correction`].
     type Correction: Correction;
@@ -207,7 +207,7 @@ impl<C: Curve> Sums<'_, C> {
     }
 }
 
-/// Third differences of the chain of sizes m, 2m, 4m …: the window at 2m is in the middle of the next size.
+/// Third differences of the chain of sizes m, 2m, 4m …: the third window of a size is the second one of the next size.
 struct Chain<'a, C, const T: usize> {
     first: &'a Window,
     once: &'a Window,

@@ -1,11 +1,11 @@
 //! The gamma distribution with scale 1: regularised incomplete gamma functions and their inverses.
 
-use super::{ASYMPTOTIC, above_log, normal_quantile, solve, stirling};
+use super::{ASYMPTOTIC_ABOVE, above_log, normal_quantile, solve, stirling};
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// Shape above which Temme's uniform expansion is used: series and fraction need up to 7 √shape terms.
-const UNIFORM: f64 = 1e4;
+const UNIFORM_ABOVE: f64 = 1e4;
 
 /// Powers of 1 / shape in Temme's expansion; the next one is 10⁻²⁰.
 const ORDERS: usize = 5;
@@ -83,7 +83,7 @@ fn tails(a: f64, x: f64) -> (f64, f64) {
     if x.is_infinite() {
         return (1.0, 0.0);
     }
-    if a > UNIFORM {
+    if a > UNIFORM_ABOVE {
         return uniform(a, x);
     }
     let density = density(a, x);
@@ -101,7 +101,7 @@ fn tails(a: f64, x: f64) -> (f64, f64) {
 /// For large a it is √(a / 2π) exp(−a φ(x / a)) over Stirling's correction, with φ(u) = u − 1 − ln u, which
 /// is free of cancellation.
 fn density(a: f64, x: f64) -> f64 {
-    if a < ASYMPTOTIC {
+    if a < ASYMPTOTIC_ABOVE {
         return (a * x.ln() - x).exp() / libm::tgamma(a);
     }
     (a / (2.0 * PI)).sqrt() * (-a * above_log(x / a, (x - a) / a) - stirling(a)).exp()

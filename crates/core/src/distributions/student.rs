@@ -1,6 +1,6 @@
 //! Student's t distribution, through the incomplete beta function.
 
-use super::{ASYMPTOTIC, HalfLine, above_log, stirling, two_sided_quantile};
+use super::{ASYMPTOTIC_ABOVE, HalfLine, above_log, stirling, two_sided_quantile};
 use std::f64::consts::PI;
 
 /// Probability that Student's t with `freedom` degrees of freedom is at most `t`.
@@ -47,7 +47,7 @@ fn half_line(freedom: f64, t: f64) -> HalfLine {
 /// Γ(a + ½) / Γ(a).
 fn gamma_ratio(a: f64) -> f64 {
     let (mut a, mut factor) = (a, 1.0);
-    while a < ASYMPTOTIC {
+    while a < ASYMPTOTIC_ABOVE {
         factor *= a / (a + 0.5);
         a += 1.0;
     }

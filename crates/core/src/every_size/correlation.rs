@@ -18,11 +18,11 @@ impl Correlator {
     ///
     /// The error of each sum is a few rounding errors of ‖block‖ ‖window‖, even if the sum is small.
     pub fn cross(&self, block: &[f64], window: &[f64], sums: &mut [f64]) {
-        let seen = block.len() + sums.len() - 1;
-        let transform = self.transform(seen);
+        let length = block.len() + sums.len() - 1;
+        let transform = self.transform(length);
         let mut real = vec![0.0; transform.length()];
         let of_block = transform.forward(block, &mut real);
-        let mut product = transform.forward(&window[..seen.min(window.len())], &mut real);
+        let mut product = transform.forward(&window[..length.min(window.len())], &mut real);
         for (value, other) in product.iter_mut().zip(of_block) {
             *value *= other.conj();
         }

@@ -21,7 +21,7 @@ impl Line {
         let third = (points.len() / 3).max(1);
         let mean = |start: usize| {
             let sum = trend.first(start + third).plus(trend.first(start).negated());
-            // The share is rounded like a height, and a height has no effect on second differences.
+            // Rounding of the mean shifts the line, which has no effect on second differences.
             Sum { hi: sum.hi / third as f64, lo: sum.lo / third as f64 }
         };
         let last = points.end - third;

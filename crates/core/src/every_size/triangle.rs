@@ -8,7 +8,7 @@ use super::correlation::Correlator;
 use crate::parallel::join;
 
 /// Largest side of triangles that are summed directly.
-const SMALL: usize = 256;
+const DIRECT_SIDE: usize = 256;
 
 /// T(n) for n ≥ `first`; there must be twice as many values as the largest n.
 pub fn head_products(values: &[f64], first: usize, sums: &mut [f64], correlator: &Correlator) {
@@ -18,7 +18,7 @@ pub fn head_products(values: &[f64], first: usize, sums: &mut [f64], correlator:
 
 /// Adds the products with k ≥ `first`, for n ≥ `first`.
 fn add_triangle(values: &[f64], first: usize, sums: &mut [f64], correlator: &Correlator) {
-    if sums.len() <= SMALL {
+    if sums.len() <= DIRECT_SIDE {
         for (n, sum) in (first..).zip(sums) {
             *sum += dot(&values[first..n], &values[first + n..]);
         }

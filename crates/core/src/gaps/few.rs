@@ -6,7 +6,7 @@ use crate::allan::Estimate;
 use crate::compensated::Sum;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Places of the lanes of the widest vectors: those of the first starts.
+/// Places of the first starts, one for each lane of the widest vectors.
 const FIRST_PLACES: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// Number of starts whose sums stay in a second-level cache.

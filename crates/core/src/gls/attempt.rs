@@ -81,7 +81,7 @@ pub(crate) struct Attempt {
     pub p_value: f64,
     pub ramp: Option<Ramp>,
     /// The problem with the ramp removed, significant or not, and its θ.
-    pub still: Option<(Gls, Theta)>,
+    pub ramp_removed: Option<(Gls, Theta)>,
     /// Correlation time of the Gauss-Markov process. \[samples\]
     pub time: Option<f64>,
 }
@@ -143,15 +143,15 @@ fn with_candidates(
         let size = theta[LINEAR];
         gls.tangent = Some(data.by_time(first, time).iter().map(|x| size * x).collect());
     }
-    let (mut ramp, mut still) = (None, None);
+    let (mut ramp, mut ramp_removed) = (None, None);
     if data.with_ramp {
         let (found, without, theta_without) = gls.ramp(&theta, &data.ramps[first..], level, work)?;
         if found.used != 0.0 {
             gls.clone_from(&without);
             theta = theta_without;
         }
-        (ramp, still) = (Some(found), Some((without, theta_without)));
+        (ramp, ramp_removed) = (Some(found), Some((without, theta_without)));
     }
     let p_value = gls.p_value_in(&theta, work)?;
-    Ok(Attempt { first, gls, theta, p_value, ramp, still, time })
+    Ok(Attempt { first, gls, theta, p_value, ramp, ramp_removed, time })
 }

@@ -3,7 +3,7 @@
 use crate::gls::Failed;
 
 /// Largest number of columns: five terms, the tangent of a shape, and a target.
-pub(crate) const WIDTH: usize = 7;
+pub(crate) const MAX_COLUMNS: usize = 7;
 
 /// Share of the largest singular value below which a singular value counts as 0.
 const NEGLIGIBLE: f64 = 1e-15;
@@ -11,14 +11,14 @@ const NEGLIGIBLE: f64 = 1e-15;
 /// Largest number of sweeps of rotations; five are usual.
 const SWEEPS: usize = 30;
 
-/// A row of up to [`WIDTH`] columns.
-pub(crate) type Row = [f64; WIDTH];
+/// A row of up to [`MAX_COLUMNS`] columns.
+pub(crate) type Row = [f64; MAX_COLUMNS];
 
 /// Pseudo-inverse of columns A that were normalised, from A V = W with orthogonal columns W.
 pub(crate) struct PseudoInverse {
     count: usize,
     scale: Row,
-    turned: [Row; WIDTH],
+    turned: [Row; MAX_COLUMNS],
     /// Inverse squares of the singular values; 0 where the singular values are negligible.
     inverse: Row,
 }
@@ -27,7 +27,7 @@ impl PseudoInverse {
     /// Decomposes the first `count` columns of `rows`, which it rotates. One-sided Jacobi rotations: M. R.
     /// Hestenes, J. SIAM 6, 1958.
     pub(crate) fn new(rows: &mut [Row], count: usize) -> Result<Self, Failed> {
-        let mut scale = [1.0; WIDTH];
+        let mut scale = [1.0; MAX_COLUMNS];
         for (p, scale) in scale.iter_mut().enumerate().take(count) {
             *scale = product(rows, p, p).sqrt();
             if !(*scale > 0.0 && scale.is_finite()) {
@@ -37,7 +37,7 @@ impl PseudoInverse {
                 row[p] /= *scale;
             }
         }
-        let mut turned = [[0.0; WIDTH]; WIDTH];
+        let mut turned = [[0.0; MAX_COLUMNS]; MAX_COLUMNS];
         (0..count).for_each(|p| turned[p][p] = 1.0);
         for _ in 0..SWEEPS {
             let mut largest = 0.0_f64;
@@ -62,7 +62,7 @@ impl PseudoInverse {
                 break;
             }
         }
-        let mut inverse = [0.0; WIDTH];
+        let mut inverse = [0.0; MAX_COLUMNS];
         let mut most = 0.0_f64;
         for (p, square) in inverse.iter_mut().enumerate().take(count) {
             *square = product(rows, p, p);
@@ -178,6 +178,6 @@ mod tests {
         let once = columns.len() as f64;
         let inverse = PseudoInverse::new(&mut columns, 2).unwrap();
         assert!((inverse.covariance(0, 0) * once - 0.25).abs() < 1e-12);
-        assert!(PseudoInverse::new(&mut [[0.0; WIDTH]; 3], 1).is_err());
+        assert!(PseudoInverse::new(&mut [[0.0; MAX_COLUMNS]; 3], 1).is_err());
     }
 }

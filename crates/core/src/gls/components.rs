@@ -38,8 +38,8 @@ pub struct Base {
     /// One row per cluster size.
     pub(super) gains: Vec<f64>,
     /// Number of modes that each mode represents.
-    pub(super) modes: Vec<f64>,
-    /// Squares of half the sine of the modes' angles.
+    pub(super) multiplicities: Vec<f64>,
+    /// Sines of half the angles of the modes.
     sines: Vec<f64>,
     /// m²: twice the variance of a ramp of 1.
     squares: Vec<f64>,
@@ -96,7 +96,7 @@ impl Base {
         }
         let squares: Vec<f64> = sizes.iter().map(|&m| m as f64 * m as f64).collect();
         let slopes = (0..LINEAR).flat_map(|p| slopes(&gamma, p, &squares)).collect();
-        let (angles, modes) = modes(n);
+        let (angles, multiplicities) = modes(n);
         let sines: Vec<f64> = angles.iter().map(|angle| (0.5 * angle).sin()).collect();
         let density = |term: &Term, angle: &f64| term.psd(1.0, 1.0, angle / (2.0 * PI)) / n as f64;
         let spectra = Term::NOISE
@@ -107,14 +107,25 @@ impl Base {
             2.0 * (0.5 * (m as f64 * angles[k])).sin().powi(4) / (square * (sines[k] * sines[k]))
         };
         let rows = sizes.iter().zip(&squares);
-        let gains = rows.flat_map(|(&m, &square)| (0..modes.len()).map(move |k| (m, square, k)));
+        let gains = rows.flat_map(|(&m, &square)| (0..multiplicities.len()).map(move |k| (m, square, k)));
         let gains = gains.map(|(m, square, k)| gain(m, square, k)).collect();
-        Ok(Self { n, sizes: sizes.to_vec(), design, noise, slopes, spectra, gains, modes, sines, squares })
+        Ok(Self {
+            n,
+            sizes: sizes.to_vec(),
+            design,
+            noise,
+            slopes,
+            spectra,
+            gains,
+            multiplicities,
+            sines,
+            squares,
+        })
     }
 
     /// The components at some of the sizes.
     pub(crate) fn at_sizes(&self, indices: &[usize]) -> Self {
-        let (order, count) = (self.order(), self.modes.len());
+        let (order, count) = (self.order(), self.multiplicities.len());
         let entries = |all: &[f64]| -> Vec<f64> {
             let selected = |matrix: &[f64]| -> Vec<f64> {
                 indices
@@ -137,7 +148,7 @@ impl Base {
             slopes: entries(&self.slopes),
             spectra: self.spectra.clone(),
             gains: indices.iter().flat_map(|&k| &self.gains[k * count..][..count]).copied().collect(),
-            modes: self.modes.clone(),
+            multiplicities: self.multiplicities.clone(),
             sines: self.sines.clone(),
             squares: indices.iter().map(|&k| self.squares[k]).collect(),
         }
@@ -163,8 +174,8 @@ impl Base {
 
     /// Number of modes that each mode represents.
     #[must_use]
-    pub fn modes(&self) -> &[f64] {
-        &self.modes
+    pub fn multiplicities(&self) -> &[f64] {
+        &self.multiplicities
     }
 
     pub(crate) fn order(&self) -> usize {
@@ -218,7 +229,12 @@ impl Extra {
             let factor = 8.0 / base.n as f64 * density;
             noise.extend(design.iter().flat_map(|x| design.iter().map(move |y| factor * x * y)));
         }
-        Self { design, noise, slopes: vec![0.0; order * order], spectrum: vec![0.0; base.modes.len()] }
+        Self {
+            design,
+            noise,
+            slopes: vec![0.0; order * order],
+            spectrum: vec![0.0; base.multiplicities.len()],
+        }
     }
 }
 
@@ -267,7 +283,7 @@ impl Components {
     /// If there is no such term.
     #[must_use]
     pub fn spectrum(&self, term: usize) -> &[f64] {
-        self.part(term, |base| &base.spectra, |extra| &extra.spectrum, self.base.modes.len())
+        self.part(term, |base| &base.spectra, |extra| &extra.spectrum, self.base.multiplicities.len())
     }
 
     /// Γ of two terms p ≤ q; for unequal terms the sum of both orders.

@@ -7,10 +7,10 @@ use crate::likelihood::linear::Symmetric;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Largest negative eigenvalue that is corrected, as a share of the largest positive one.
-const MOST_NEGATIVE: f64 = 0.03;
+const MAX_NEGATIVE: f64 = 0.03;
 
 /// Smallest eigenvalue of correlations.
-pub(crate) const LEAST_EIGENVALUE: f64 = 1e-9;
+pub(crate) const MIN_EIGENVALUE: f64 = 1e-9;
 
 /// A factor and a matrix.
 type Part<'a> = (f64, &'a [f64]);
@@ -125,11 +125,11 @@ pub(crate) fn made_positive(covariance: &mut [f64], order: usize) -> Result<(), 
     let (mut values, vectors) = correlation.eigen();
     let (least, most) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
-    if least.is_nan() || least < -MOST_NEGATIVE * most {
+    if least.is_nan() || least < -MAX_NEGATIVE * most {
         return Err(Failed);
     }
     for value in &mut values {
-        *value = value.abs().max(LEAST_EIGENVALUE);
+        *value = value.abs().max(MIN_EIGENVALUE);
     }
     for i in 0..order {
         for j in i..order {

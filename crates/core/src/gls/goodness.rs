@@ -7,7 +7,7 @@
 //! variances is far from normal.
 
 use crate::distributions::{gamma_above, gamma_below, log_gamma, normal_below, normal_quantile};
-use crate::gls::covariance::LEAST_EIGENVALUE;
+use crate::gls::covariance::MIN_EIGENVALUE;
 use crate::gls::step::{Gls, Work};
 use crate::gls::whitening::Whitened;
 use crate::gls::{Failed, Terms, Theta, finite};
@@ -15,7 +15,7 @@ use crate::likelihood::linear::Symmetric;
 
 /// Number of octaves of the one-sided test. A Gauss-Markov process of 20 deg/h, 300 s in 3 h, fitted by a walk, has p <
 /// 0.05 in 53 of 60 records, but in only 18 without this test.
-const LONGEST: usize = 4;
+const LONGEST_OCTAVES: usize = 4;
 
 /// Indices of cluster sizes, each at least twice the previous one.
 pub(crate) fn octaves(sizes: &[usize]) -> Vec<usize> {
@@ -58,7 +58,7 @@ impl Gls {
         let (squares, _) = whitened(&u, &correlation, &mut work.whitened)?;
         let order = u.len();
         let all_p_value = gamma_above(0.5 * order.saturating_sub(fitted).max(1) as f64, 0.5 * squares);
-        let from = order.saturating_sub(LONGEST);
+        let from = order.saturating_sub(LONGEST_OCTAVES);
         let variance: f64 = (from..order)
             .map(|i| {
                 let later: f64 = correlation[i * order + i + 1..(i + 1) * order].iter().sum();
@@ -125,7 +125,7 @@ impl Gls {
 }
 
 /// Sum of squares of the whitened deviates, and ln of the determinant of their correlations, whose eigenvalues are replaced
-/// by their magnitudes and are at least [`LEAST_EIGENVALUE`].
+/// by their magnitudes and are at least [`MIN_EIGENVALUE`].
 fn whitened(u: &[f64], correlation: &[f64], room: &mut Whitened) -> Result<(f64, f64), Failed> {
     let order = u.len();
     // Columns of the identity give the inverse of the factor, whose squares add up to the sum of inverse eigenvalues.
@@ -135,7 +135,7 @@ fn whitened(u: &[f64], correlation: &[f64], room: &mut Whitened) -> Result<(f64,
         row[i + 1] = 1.0;
     };
     if room.take_definite(correlation, order, order + 1, 0.0, with_identity)
-        && room.rows().flat_map(|row| &row[1..]).map(|x| x * x).sum::<f64>() < 1.0 / LEAST_EIGENVALUE
+        && room.rows().flat_map(|row| &row[1..]).map(|x| x * x).sum::<f64>() < 1.0 / MIN_EIGENVALUE
     {
         let squares = room.rows().map(|row| row[0] * row[0]).sum();
         return Ok((squares, room.log_determinant()));
@@ -150,7 +150,7 @@ fn whitened(u: &[f64], correlation: &[f64], room: &mut Whitened) -> Result<(f64,
     let (mut squares, mut determinant) = (0.0, 0.0);
     for (k, value) in values.iter().enumerate() {
         // For slightly negative eigenvalues see `made_positive`.
-        let value = value.abs().max(LEAST_EIGENVALUE);
+        let value = value.abs().max(MIN_EIGENVALUE);
         let component: f64 = u.iter().enumerate().map(|(i, u)| u * vectors[i * order + k]).sum();
         squares += component * component / value;
         determinant += value.ln();

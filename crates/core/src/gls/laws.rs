@@ -12,7 +12,7 @@ use crate::distributions::{
 use std::sync::{Mutex, PoisonError};
 
 /// Skewness below which the normal distribution is used.
-const SYMMETRIC: f64 = 1e-3;
+const NEGLIGIBLE_SKEWNESS: f64 = 1e-3;
 
 const SMALLEST_PROBABILITY: f64 = 1e-300;
 
@@ -20,16 +20,16 @@ const SMALLEST_PROBABILITY: f64 = 1e-300;
 const HALVINGS: usize = 50;
 
 /// Number of true values in the table of shares, in standard errors: 0.001, then 0.05 to 4.
-const RATIOS: usize = 81;
+const TRUE_VALUES: usize = 81;
 
 /// Number of cached tables of shares.
 const CACHED: usize = 16;
 
-type Shares = [f64; RATIOS];
+type Shares = [f64; TRUE_VALUES];
 
 /// Probabilities below and above z of Pearson's type III distribution with mean 0, variance 1 and the given skewness.
 pub(crate) fn skewed_tails(z: f64, skewness: f64) -> (f64, f64) {
-    if skewness.abs() < SYMMETRIC {
+    if skewness.abs() < NEGLIGIBLE_SKEWNESS {
         return (normal_below(z), normal_below(-z));
     }
     if skewness < 0.0 {
@@ -46,7 +46,7 @@ pub(crate) fn skewed_tails(z: f64, skewness: f64) -> (f64, f64) {
 
 /// Deviate that the skewed distribution exceeds with the given probability.
 pub(crate) fn critical(skewness: f64, probability: f64) -> f64 {
-    if skewness.abs() < SYMMETRIC {
+    if skewness.abs() < NEGLIGIBLE_SKEWNESS {
         return -normal_quantile(probability);
     }
     let shape = 4.0 / (skewness * skewness);
@@ -76,7 +76,7 @@ impl UpperShare {
         if let Some((_, shares)) = tables.iter().find(|(known, _)| *known == key) {
             return Self(*shares);
         }
-        let shares = std::array::from_fn(|k| upper_tail(ratio(k), level));
+        let shares = std::array::from_fn(|k| upper_tail(table_value(k), level));
         if tables.len() == CACHED {
             tables.remove(0);
         }
@@ -85,21 +85,21 @@ impl UpperShare {
     }
 
     pub(crate) fn at(&self, true_value: f64) -> f64 {
-        if true_value <= ratio(0) {
+        if true_value <= table_value(0) {
             return self.0[0];
         }
-        for k in 1..RATIOS {
-            if true_value <= ratio(k) {
-                let share = (true_value - ratio(k - 1)) / (ratio(k) - ratio(k - 1));
+        for k in 1..TRUE_VALUES {
+            if true_value <= table_value(k) {
+                let share = (true_value - table_value(k - 1)) / (table_value(k) - table_value(k - 1));
                 return self.0[k - 1] + share * (self.0[k] - self.0[k - 1]);
             }
         }
-        self.0[RATIOS - 1]
+        self.0[TRUE_VALUES - 1]
     }
 }
 
-fn ratio(k: usize) -> f64 {
-    if k == 0 { 1e-3 } else { 0.05 + (4.0 - 0.05) * (k - 1) as f64 / (RATIOS - 2) as f64 }
+fn table_value(k: usize) -> f64 {
+    if k == 0 { 1e-3 } else { 0.05 + (4.0 - 0.05) * (k - 1) as f64 / (TRUE_VALUES - 2) as f64 }
 }
 
 /// Upper tail of the acceptance interval [μ − b, μ + d] of a normal x with mean μ ≥ 0, by the likelihood ratio. Both
@@ -160,10 +160,10 @@ mod tests {
         for level in [0.68, 0.9, 0.95] {
             let shares = UpperShare::of(level).0;
             assert!((shares[0] - (1.0 - level)).abs() < 1e-4);
-            assert!((shares[RATIOS - 1] - 0.5 * (1.0 - level)).abs() < 1e-6);
+            assert!((shares[TRUE_VALUES - 1] - 0.5 * (1.0 - level)).abs() < 1e-6);
             assert!(shares.windows(2).all(|pair| pair[1] - pair[0] <= 1e-12));
             for (k, share) in shares.into_iter().enumerate() {
-                let mu = ratio(k);
+                let mu = table_value(k);
                 let upper = mu - normal_quantile(share);
                 let lower = mu + normal_quantile(1.0 - level - share + 1e-300);
                 assert!((normal_below(upper - mu) - normal_below(lower - mu) - level).abs() < 1e-9);

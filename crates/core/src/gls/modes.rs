@@ -14,7 +14,7 @@ impl Components {
         theta: &Theta,
         modes: &mut Vec<f64>,
     ) -> (f64, f64) {
-        let count = self.base.modes.len();
+        let count = self.base.multiplicities.len();
         modes.clear();
         modes.resize(2 * count, 0.0);
         let (gains, powers) = modes.split_at_mut(count);
@@ -24,7 +24,7 @@ impl Components {
             Arch::new().dispatch(Weighted { out: powers, weights: std::slice::from_ref(theta), rows });
         }
         let (mut second, mut third) = (0.0, 0.0);
-        for ((gain, power), number) in gains.iter().zip(&*powers).zip(&self.base.modes) {
+        for ((gain, power), number) in gains.iter().zip(&*powers).zip(&self.base.multiplicities) {
             let part = gain * power;
             let square = number * part * part;
             second += square;

@@ -9,7 +9,7 @@ pub(crate) const MAX_COLUMNS: usize = 6;
 const ROUNDING: f64 = 1e-13;
 
 /// Squared sine of the angle between a column and the span of the previous columns, below which it is left out.
-const PARALLEL: f64 = 1e-14;
+const MIN_SQUARED_SINE: f64 = 1e-14;
 
 /// Inner products of a target and columns.
 #[derive(Debug, Clone, Copy, Default)]
@@ -119,7 +119,7 @@ impl Products {
                 row[i] = (self.gram[k][kept[i]] - known) / factor[i][i];
             }
             let pivot = self.gram[k][k] - row[..count].iter().map(|value| value * value).sum::<f64>();
-            if pivot <= PARALLEL {
+            if pivot <= MIN_SQUARED_SINE {
                 continue;
             }
             let root = pivot.sqrt();

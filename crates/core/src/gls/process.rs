@@ -12,10 +12,10 @@ use crate::gls::{BIAS_INSTABILITY, Failed, LINEAR, RATE_RANDOM_WALK, Terms, Thet
 
 /// Smallest gain in deviance, as in the likelihood: at most 2.3 % of 300 ideal records in each of 18 cells had a larger gain
 /// and p < 0.3.
-const PRICE: f64 = 7.0;
+const MIN_GAIN: f64 = 7.0;
 
 /// Shortest correlation time over the shortest averaging time.
-const SHORTEST: f64 = 10.0;
+const MIN_TIME_RATIO: f64 = 10.0;
 
 /// Length of the record over the longest correlation time.
 const LONGEST_SHARE: f64 = 4.0;
@@ -23,7 +23,7 @@ const LONGEST_SHARE: f64 = 4.0;
 const PER_DECADE: f64 = 2.0;
 
 /// Largest number of refinement steps; each computes a covariance.
-const MOST_STEPS: usize = 3;
+const MAX_STEPS: usize = 3;
 
 /// Largest step of the logarithm: half the distance of two tested times.
 const LONGEST_STEP: f64 = 0.6;
@@ -32,7 +32,7 @@ const LONGEST_STEP: f64 = 0.6;
 const SMALL_STEP: f64 = 0.1;
 
 /// Largest half width of the interval of a logarithm.
-const MOST_HALF: f64 = 50.0;
+const MAX_HALF: f64 = 50.0;
 
 /// Value, low and high.
 pub(crate) type Interval = [f64; 3];
@@ -43,7 +43,7 @@ pub(crate) fn best_time(data: &Data, without: &Attempt, level: f64, work: &mut W
     let mut coarse = data.at_sizes(&octaves(data.sizes()));
     let start = data.sizes()[without.first];
     coarse.first = Some(coarse.sizes().partition_point(|&size| size < start));
-    let shortest = (SHORTEST * coarse.sizes()[0] as f64).ln();
+    let shortest = (MIN_TIME_RATIO * coarse.sizes()[0] as f64).ln();
     let longest = (data.base.n() as f64 / LONGEST_SHARE).ln();
     if longest <= shortest {
         return None;
@@ -59,7 +59,7 @@ pub(crate) fn best_time(data: &Data, without: &Attempt, level: f64, work: &mut W
         (0..count).map(|k| replacing(&coarse, time(k).exp(), terms, remove, level, work)).collect();
     let best = (0..count).fold(0, |best, k| if found[k] < found[best] { k } else { best });
     let gain = least - found[best];
-    if gain.is_nan() || gain <= PRICE {
+    if gain.is_nan() || gain <= MIN_GAIN {
         return None;
     }
     let inside = best > 0 && best + 1 < count;
@@ -107,7 +107,7 @@ fn vertex(y: [f64; 3]) -> f64 {
 /// The least-squares correlation time, by Gauss-Newton steps.
 fn refined(data: &Data, terms: Terms, time: f64, work: &mut Work) -> f64 {
     let mut time = time;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let Ok(Some((step, error))) = newton_step(data, terms, time, work) else { break };
         time *= step.clamp(-LONGEST_STEP, LONGEST_STEP).exp();
         if step.abs() < SMALL_STEP * error {
@@ -156,7 +156,7 @@ pub(crate) fn intervals(
     let sd = |p: usize| inverse.covariance(p, p).sqrt();
     let k = normal_quantile(0.5 + 0.5 * level);
     let around = |value: f64, half: f64| {
-        let factor = half.min(MOST_HALF).exp();
+        let factor = half.min(MAX_HALF).exp();
         [value, value / factor, value * factor]
     };
     Ok((around(size.sqrt(), k * sd(count - 1) / (2.0 * size)), around(time, k * sd(count))))

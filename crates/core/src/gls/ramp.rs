@@ -15,17 +15,17 @@ use crate::gls::{Failed, TERMS, Theta, finite};
 /// Small number that is added to the diagonal of correlations.
 const RIDGE: f64 = 1e-9;
 
-const MOST_FREEDOM: f64 = 1e9;
+const MAX_FREEDOM: f64 = 1e9;
 
 /// Degrees of freedom if the rate random walk is poorly determined: the limit is then t = 6.2, which weak walks exceed in
 /// fewer than 5 % of records.
-const LEAST_FREEDOM: f64 = 1.5;
+const MIN_FREEDOM: f64 = 1.5;
 
 /// Two-sided p-value of a ramp that would be significant if the noise were known exactly.
-const SUSPICIOUS: f64 = 0.05;
+const SUSPICIOUS_P_VALUE: f64 = 0.05;
 
 /// Relative errors of the rough fit for the initial weights.
-const ROUGH: f64 = 0.1;
+const ROUGH_TOLERANCE: f64 = 0.1;
 
 /// Estimate of a ramp per sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +43,7 @@ pub(crate) struct Ramp {
 
 impl Ramp {
     pub(crate) fn suspicious(&self) -> bool {
-        self.value.abs() > -normal_quantile(0.5 * SUSPICIOUS) * self.error
+        self.value.abs() > -normal_quantile(0.5 * SUSPICIOUS_P_VALUE) * self.error
     }
 
     /// Half width of the interval of the ramp.
@@ -53,7 +53,7 @@ impl Ramp {
 }
 
 impl Gls {
-    /// The problem after the removal of the ramp Σ weights·ramps. z is replaced by the means of the squares of z − ramp·m².
+    /// The problem after the removal of the ramp Σ weights·ramps. The mean of z² becomes that of (z − ramp·m²)².
     /// The variance v of the ramp and its covariance c with each estimate are known, and hence the expected variances after
     /// its removal.
     ///
@@ -64,13 +64,13 @@ impl Gls {
     pub fn without_ramp(&self, weights: &[f64], ramps: &[f64]) -> Self {
         assert!(weights.len() == self.order() && ramps.len() == self.order(), "one for each size");
         let ramp: f64 = weights.iter().zip(ramps).map(|(weight, ramp)| weight * ramp).sum();
-        let mut still = self.clone();
-        still.ramp_weights = Some(weights.to_vec());
-        for ((avar, square), one) in still.avar.iter_mut().zip(self.squares()).zip(ramps) {
+        let mut ramp_removed = self.clone();
+        ramp_removed.ramp_weights = Some(weights.to_vec());
+        for ((avar, square), one) in ramp_removed.avar.iter_mut().zip(self.squares()).zip(ramps) {
             *avar -= ramp * square * (one - 0.5 * ramp);
         }
         let (mut upper, mut c) = (Vec::new(), Vec::new());
-        for (p, row) in still.design.chunks_exact_mut(self.order()).enumerate() {
+        for (p, row) in ramp_removed.design.chunks_exact_mut(self.order()).enumerate() {
             ramp_covariance(&self.parts, self.first, &unit(p), &mut upper);
             times(&upper, weights, &mut c);
             let v: f64 = c.iter().zip(weights).map(|(c, weight)| c * weight).sum();
@@ -78,7 +78,7 @@ impl Gls {
                 *cell -= square * (c - 0.5 * v);
             }
         }
-        still
+        ramp_removed
     }
 
     /// The ramp, the problem after its removal, and the θ of that problem. `theta` is the fit of this problem, from which
@@ -93,29 +93,29 @@ impl Gls {
         // A fit without the ramp is useless if the ramp is large; for the weights a rough fit with a ramp is sufficient.
         let drift: Vec<f64> = self.squares().iter().map(|square| 0.5 * square).collect();
         let columns: Vec<&[f64]> = self.design.chunks_exact(self.order()).chain([&drift[..]]).collect();
-        let rough = relative_fit(&columns, &self.avar, &vec![ROUGH; self.order()])?;
+        let rough = relative_fit(&columns, &self.avar, &vec![ROUGH_TOLERANCE; self.order()])?;
         let mut theta = *theta;
         let begin: Theta = std::array::from_fn(|p| if self.candidates.contains(p) { rough[p] } else { 0.0 });
         if begin.iter().any(|&value| value > 0.0) {
             theta = begin;
         }
         let (mut weights, mut value) = self.combined(&theta, ramps)?;
-        let mut still = self.without_ramp(&weights, ramps);
+        let mut ramp_removed = self.without_ramp(&weights, ramps);
         for again in [true, false] {
-            if still.avar.iter().any(|&avar| avar.is_nan() || avar <= 0.0) {
+            if ramp_removed.avar.iter().any(|&avar| avar.is_nan() || avar <= 0.0) {
                 // The record is a ramp without noise.
                 return Err(Failed);
             }
-            theta = still.fit_in(still.candidates, None, None, work)?;
+            theta = ramp_removed.fit_in(ramp_removed.candidates, None, None, work)?;
             if again {
                 (weights, value) = self.combined(&theta, ramps)?;
-                still = self.without_ramp(&weights, ramps);
+                ramp_removed = self.without_ramp(&weights, ramps);
             }
         }
-        let (error, freedom) = still.error_of_ramp(&theta, &weights, work)?;
+        let (error, freedom) = ramp_removed.error_of_ramp(&theta, &weights, work)?;
         let p_value = finite(2.0 * student_below(freedom, -value.abs() / error))?;
         let used = if p_value < 1.0 - level { value } else { 0.0 };
-        Ok((Ramp { value, error, freedom, p_value, used }, still, theta))
+        Ok((Ramp { value, error, freedom, p_value, used }, ramp_removed, theta))
     }
 
     /// The best weights for θ, and the ramp.
@@ -140,8 +140,8 @@ impl Gls {
         let rows = covariance.chunks_exact(used.len()).zip(&used);
         let scatter: f64 =
             rows.map(|(row, by)| by * row.iter().zip(&used).map(|(x, by)| x * by).sum::<f64>()).sum();
-        let freedom = if scatter > 0.0 { 2.0 * variance * variance / scatter } else { MOST_FREEDOM };
-        Ok((finite(variance.sqrt())?, freedom.clamp(LEAST_FREEDOM, MOST_FREEDOM)))
+        let freedom = if scatter > 0.0 { 2.0 * variance * variance / scatter } else { MAX_FREEDOM };
+        Ok((finite(variance.sqrt())?, freedom.clamp(MIN_FREEDOM, MAX_FREEDOM)))
     }
 
     /// Weights of the ramps with sum 1 and the smallest variance of the weighted mean, for noise θ.
@@ -199,8 +199,8 @@ pub fn least_ramp(parts: &Components, theta: &Theta, level: f64, power: f64) -> 
     let gls = Gls::new(parts, 0, &vec![1.0; order], crate::gls::Terms::first(parts.terms()), None);
     let gls = gls.with_expected(theta);
     let weights = gls.least_variance(theta)?;
-    let still = gls.without_ramp(&weights, &vec![0.0; order]);
-    let (error, freedom) = still.error_of_ramp(theta, &weights, &mut Work::default())?;
+    let ramp_removed = gls.without_ramp(&weights, &vec![0.0; order]);
+    let (error, freedom) = ramp_removed.error_of_ramp(theta, &weights, &mut Work::default())?;
     finite((student_quantile(freedom, 0.5 + 0.5 * level) + normal_quantile(power)) * error)
 }
 

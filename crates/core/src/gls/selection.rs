@@ -5,13 +5,13 @@ use crate::gls::process::best_time;
 use crate::gls::step::Work;
 
 /// Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit.
-const LEAST_TIMES: usize = 8;
+const MIN_TIMES: usize = 8;
 
 /// Smallest p-value of the goodness of fit with all averaging times for the model to be adequate.
-pub(crate) const LEAST_P: f64 = 0.002;
+pub(crate) const MIN_P: f64 = 0.002;
 
 /// The same if shorter averaging times are left out, because they are then known to deviate.
-const LEAST_P_LATER: f64 = 0.01;
+const MIN_P_LATER: f64 = 0.01;
 
 /// Largest p-value of the terms alone for which a process is tested. Of 256 processes whose gain exceeds the price, 1 is
 /// missed.
@@ -25,7 +25,7 @@ pub(crate) fn best_attempt(data: &Data, level: f64, work: &mut Work) -> (Option<
     let sizes = data.sizes();
     let count = sizes.len();
     let mut starts: Vec<usize> =
-        (0..count).filter(|&k| sizes[k] <= LARGEST_START && count - k >= LEAST_TIMES).collect();
+        (0..count).filter(|&k| sizes[k] <= LARGEST_START && count - k >= MIN_TIMES).collect();
     if data.first.is_some() || starts.is_empty() {
         starts = vec![data.first.unwrap_or(0)];
     }
@@ -36,7 +36,7 @@ pub(crate) fn best_attempt(data: &Data, level: f64, work: &mut Work) -> (Option<
         if is_first {
             found = with_process(data, found, level, work);
         }
-        if found.p_value > if is_first { LEAST_P } else { LEAST_P_LATER } {
+        if found.p_value > if is_first { MIN_P } else { MIN_P_LATER } {
             return (Some(if is_first { found } else { an_octave_later(data, found, level, work) }), true);
         }
         tried.push(found);
@@ -48,7 +48,7 @@ pub(crate) fn best_attempt(data: &Data, level: f64, work: &mut Work) -> (Option<
             continue;
         }
         let found = with_process(data, later.clone(), level, work);
-        if found.p_value > LEAST_P_LATER {
+        if found.p_value > MIN_P_LATER {
             return (Some(found), true);
         }
         tried.push(found);
@@ -70,11 +70,11 @@ fn with_process(data: &Data, found: Attempt, level: f64, work: &mut Work) -> Att
 fn an_octave_later(data: &Data, found: Attempt, level: f64, work: &mut Work) -> Attempt {
     let sizes = data.sizes();
     let later = sizes.partition_point(|&size| size < 2 * sizes[found.first]);
-    if later == sizes.len() || sizes.len() - later < LEAST_TIMES {
+    if later == sizes.len() || sizes.len() - later < MIN_TIMES {
         return found;
     }
     match attempt(data, later, level, None, work) {
-        Some(again) if again.p_value > LEAST_P_LATER => again,
+        Some(again) if again.p_value > MIN_P_LATER => again,
         _ => found,
     }
 }

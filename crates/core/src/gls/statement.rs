@@ -6,15 +6,15 @@ use crate::gls::evidence::Evidence;
 use crate::gls::laws::UpperShare;
 use crate::gls::non_negative::relative_fit;
 use crate::gls::process::{Interval, intervals};
-use crate::gls::selection::{LEAST_P, best_attempt};
+use crate::gls::selection::{MIN_P, best_attempt};
 use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, LINEAR, QUANTIZATION, RATE_RANDOM_WALK, TERMS, Terms, Theta, finite};
 use std::sync::Arc;
 
 /// Share of the width of an interval. A value closer to an end is tested without the terms that were not observed.
-const EDGE: f64 = 0.2;
+const SHARE_NEAR_END: f64 = 0.2;
 
-/// Smaller p-values are rounding errors.
+/// Smallest p-value; smaller ones are rounding errors.
 const SMALLEST_P: f64 = 1e-12;
 
 /// Relative error of a variance in a descriptive fit: 5 % of a deviation.
@@ -120,9 +120,9 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Ad
     }
     let undecided = best.ramp.is_some_and(|ramp| ramp.suspicious() && ramp.used == 0.0);
     let asked = undecided && observed.contains(RATE_RANDOM_WALK);
-    if let Some((still, theta_still)) = best.still.as_ref().filter(|_| asked) {
+    if let Some((ramp_removed, theta_ramp_removed)) = best.ramp_removed.as_ref().filter(|_| asked) {
         // It is undecided whether the noise explains the ramp: is the walk significant without the ramp?
-        let without = still.evidence_in(RATE_RANDOM_WALK, theta_still, level, &shares, work)?;
+        let without = ramp_removed.evidence_in(RATE_RANDOM_WALK, theta_ramp_removed, level, &shares, work)?;
         if without.p_value >= 1.0 - level {
             observed = observed.without(RATE_RANDOM_WALK);
             evidence[RATE_RANDOM_WALK] =
@@ -132,7 +132,7 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Ad
     let chosen = observed.or(extra);
     let mut selected = if chosen.is_empty() { *theta } else { gls.fit_in(chosen, None, None, work)? };
     let mut unclear = None;
-    if chosen.is_empty() || gls.p_value_in(&selected, work)? <= LEAST_P {
+    if chosen.is_empty() || gls.p_value_in(&selected, work)? <= MIN_P {
         // Several terms, none of which is significant given the others, although at least one is needed.
         selected = *theta;
         let not_observed = linear.iter().filter(|&p| theta[p] > 0.0 && !observed.contains(p));
@@ -150,7 +150,7 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Ad
     }
     for p in observed.iter() {
         let Some(e) = evidence[p] else { continue };
-        let margin = EDGE * (e.high - e.low);
+        let margin = SHARE_NEAR_END * (e.high - e.low);
         if !(e.low + margin <= selected[p] && selected[p] <= e.high - margin) {
             // The value is far from the middle of the interval, which allows for terms that were not observed. The interval
             // without these terms is therefore included.

@@ -1,6 +1,6 @@
 //! The least squares problem of one curve, its fits, and the statistic of tests and intervals.
 
-use crate::gls::columns::{PseudoInverse, Row, WIDTH, last_row};
+use crate::gls::columns::{MAX_COLUMNS, PseudoInverse, Row, last_row};
 use crate::gls::components::Components;
 use crate::gls::covariance::{RampRemoval, made_positive, noise_covariance, times};
 use crate::gls::laws::skewed_tails;
@@ -56,7 +56,7 @@ pub(crate) struct Statistic {
     /// Standard error of the estimate, if the trial value is true.
     pub sigma: f64,
     pub skewness: f64,
-    /// The trial value and the other, fitted coefficients.
+    /// The trial value, and the fitted coefficients of the other terms.
     pub theta: Theta,
 }
 
@@ -78,7 +78,7 @@ pub struct Score {
     pub skewness: f64,
     /// Probability of a larger estimate.
     pub above: f64,
-    /// The trial value and the other, fitted coefficients.
+    /// The trial value, and the fitted coefficients of the other terms.
     pub theta: Theta,
     /// Weights of the Allan variances in the estimate.
     pub weights: Vec<f64>,
@@ -213,14 +213,14 @@ impl Gls {
     ) -> Result<usize, Failed> {
         let count = terms.iter().count();
         let width = count + more.len();
-        assert!(width <= WIDTH, "at most WIDTH columns");
+        assert!(width <= MAX_COLUMNS, "at most MAX_COLUMNS columns");
         self.whiten(theta, work, width, |i, row| {
             row.iter_mut().zip(terms.iter()).for_each(|(cell, term)| *cell = self.column(term)[i]);
             row[count..].iter_mut().zip(more).for_each(|(cell, column)| *cell = column[i]);
         })?;
         work.rows.clear();
         work.rows.extend(work.whitened.rows().map(|whitened| {
-            let mut row = [0.0; WIDTH];
+            let mut row = [0.0; MAX_COLUMNS];
             row[..width].copy_from_slice(whitened);
             row
         }));

@@ -8,10 +8,10 @@ use crate::gls::lanes::add_rows;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Share of a variance that must remain after elimination of the previous rows for the matrix to be positive definite.
-const LEAST_SHARE: f64 = 4.0 * f64::EPSILON;
+const MIN_SHARE: f64 = 4.0 * f64::EPSILON;
 
 /// Rows are padded to a multiple of this length.
-const ROUNDED: usize = 8;
+const ROW_MULTIPLE: usize = 8;
 
 /// Shares of the variances that are added in turn to the diagonal of a matrix that rounding has made indefinite.
 const RIDGES: [f64; 5] = [0.0, 1e-12, 1e-10, 1e-8, 1e-6];
@@ -63,7 +63,7 @@ impl Whitened {
         fill: impl Fn(usize, &mut [f64]),
     ) -> bool {
         let end = order + width;
-        (self.order, self.width, self.stride) = (order, width, end.next_multiple_of(ROUNDED));
+        (self.order, self.width, self.stride) = (order, width, end.next_multiple_of(ROW_MULTIPLE));
         self.rows.resize(order * self.stride, 0.0);
         let rows = self.rows.chunks_exact_mut(self.stride).zip(covariance.chunks_exact(order));
         for (i, (row, covariance)) in rows.enumerate() {
@@ -118,7 +118,7 @@ impl WithSimd for Elimination<'_> {
             let known = before.chunks_exact(stride).map(|known| (-known[k], &known[from..]));
             add_rows(simd, row, &known);
             let square = row[k - from];
-            if square.is_nan() || square <= LEAST_SHARE * variance {
+            if square.is_nan() || square <= MIN_SHARE * variance {
                 return false;
             }
             let factor = 1.0 / square.sqrt();

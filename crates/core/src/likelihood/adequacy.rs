@@ -5,14 +5,14 @@ use crate::likelihood::fit::Fit;
 use crate::likelihood::laws::{chi2_above, chi2_below, digamma, normal_quantile_above, trigamma};
 
 /// Number of bands per decade in the second test, and smallest number of degrees of freedom of a band.
-const BANDS: f64 = 4.0;
-const LEAST_FREEDOM: f64 = 8.0;
+const BANDS_PER_DECADE: f64 = 4.0;
+const MIN_FREEDOM: f64 = 8.0;
 
 /// Number of degrees of freedom of the bands, in the second test, that each parameter costs.
-const PAID: f64 = 0.7;
+const FREEDOM_PER_PARAMETER: f64 = 0.7;
 
 /// Numbers of lowest modes that are tested together, and the correction for multiple tests.
-const LOWEST: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 20.0, 30.0, 45.0];
+const NUMBERS_OF_LOWEST: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 20.0, 30.0, 45.0];
 const LOWEST_PRICE: f64 = 4.0;
 
 /// Smallest share of a bin's degrees of freedom that remains after the regressors.
@@ -65,7 +65,7 @@ pub(crate) fn log_bias(x: f64) -> f64 {
 /// Tests bands of a quarter decade. A band shows misfits that are too small to detect in a single bin.
 fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec<(f64, f64)>) {
     let mut found: Vec<(f64, f64)> = Vec::new();
-    for (_, inside) in bins.bands(BANDS) {
+    for (_, inside) in bins.bands(BANDS_PER_DECADE) {
         let (mut freedom, mut sum, mut log, mut count) = (0.0, 0.0, 0.0, 0.0);
         for bin in inside {
             let weight = bins.weight(bin) * left[bin];
@@ -74,7 +74,7 @@ fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec
             log += bins.frequency[bin].ln();
             count += 1.0;
         }
-        if freedom >= LEAST_FREEDOM {
+        if freedom >= MIN_FREEDOM {
             let above = chi2_above(sum, freedom);
             let deviate = if above > 0.5 {
                 -normal_quantile_above(chi2_below(sum, freedom).max(1e-300))
@@ -88,7 +88,7 @@ fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec
         return (1.0, found);
     }
     let n = found.len() as f64;
-    let freedom = (n - PAID * parameters.min(n - 2.0)).max(2.0);
+    let freedom = (n - FREEDOM_PER_PARAMETER * parameters.min(n - 2.0)).max(2.0);
     (chi2_above(found.iter().map(|(_, z)| z * z).sum(), freedom), found)
 }
 
@@ -99,7 +99,7 @@ fn lowest_modes(ratio: &[f64], bins: &Bins, left: &[f64]) -> f64 {
     if bins.count() > 1 {
         order.sort_by(|&a, &b| bins.frequency[a].total_cmp(&bins.frequency[b]));
     }
-    for wanted in LOWEST.map(|wanted| wanted * bins.count() as f64) {
+    for wanted in NUMBERS_OF_LOWEST.map(|wanted| wanted * bins.count() as f64) {
         let (mut freedom, mut sum) = (0.0, 0.0);
         for &i in &order {
             freedom += bins.freedom[i] * left[i];

@@ -6,10 +6,10 @@ use crate::likelihood::fit::Fit;
 use crate::likelihood::profile::Thresholds;
 use crate::terms::Term;
 
-/// Ratio of the threshold of a certain rate random walk to that of an interval. A walk is certain if its loss is above
-/// this threshold, and an alternative must then be better than the walk by as much. The threshold is one-sided, for
-/// three kinds of alternatives (process, warm-up, exponent) together (Bonferroni): the quantile of χ² that is exceeded
-/// with a probability of 2·5 %/3.
+/// Threshold above which a rate random walk is certain, over that of an interval. A walk is certain if its loss is
+/// above this threshold, and an alternative must then be better than the walk by as much. The threshold is one-sided,
+/// for three kinds of alternatives (process, warm-up, exponent) together (Bonferroni): the quantile of χ² that is
+/// exceeded with a probability of 2·5 %/3.
 const THRESHOLD_FACTOR: f64 = 1.18;
 
 /// An equivalent fit of a record, the time constant of its warm-up \[s\], and the terms that may be absent because of it.

@@ -59,7 +59,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
                 .terms
                 .insert(bare.removed, unseen(&plain, &bins, bare.removed, test.p_value, options.level));
             if let Some(j) = plain.model.index(Term::RandomWalk) {
-                found.terms[j].low = (found.terms[j].low - bare.less).max(0.0);
+                found.terms[j].low = (found.terms[j].low - bare.reduction).max(0.0);
             }
             found
         }
@@ -87,21 +87,22 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
     let powers = mean.powers(record);
     let lines = if options.lines { beyond_band(record, &mean.with_lobes(record, &mask)) } else { Vec::new() };
     let (mask, lines) = without_lines(record, mask, lines, Some(&powers), options);
-    // Slow noise after the mean, which is part of the model, or the ends of the record may fill the zeros.
-    let bare = RunningMean { floor: 0.0, ..mean };
-    let behind = |of_white: bool, mean: RunningMean| {
+    // The ends of the record fill the zeros, for which the mean has a floor, or slow noise after a mean of the
+    // white noise alone.
+    let without_floor = RunningMean { floor: 0.0, ..mean };
+    let attempt_with = |of_white: bool, mean: RunningMean| {
         attempt(record, mask.clone(), lines.clone(), &regressors, options, (None, Some((mean, of_white))))
     };
-    let (all, of_white) = (behind(false, mean), behind(true, bare));
+    let (of_all, of_white) = (attempt_with(false, mean), attempt_with(true, without_floor));
     let total = |attempt: &Attempt| cost(&attempt.fit) + prices(&attempt.fit, &attempt.bins);
-    let better = match of_white.lines.len().cmp(&all.lines.len()) {
+    let better = match of_white.lines.len().cmp(&of_all.lines.len()) {
         Ordering::Less => true,
         Ordering::Equal => {
-            total(&of_white) < total(&all) + if shows_slow(&of_white) { IN_FRONT } else { -IN_FRONT }
+            total(&of_white) < total(&of_all) + if shows_slow(&of_white) { IN_FRONT } else { -IN_FRONT }
         }
         Ordering::Greater => false,
     };
-    let attempt = if better { of_white } else { all };
+    let attempt = if better { of_white } else { of_all };
     if attempt.p_value < MIN_P_VALUE {
         let with_series = fitted_with_series(record, options);
         if with_series.0.p_value >= MIN_P_VALUE {
@@ -139,8 +140,8 @@ fn without_lines(
     options: &Options,
 ) -> (Vec<bool>, Vec<Line>) {
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
-        let least = if filter.is_none() { of_terms(record, &mask) } else { None };
-        let found = above_medians(record, &mut mask, least.as_deref(), filter);
+        let floor = if filter.is_none() { of_terms(record, &mask) } else { None };
+        let found = above_medians(record, &mut mask, floor.as_deref(), filter);
         if found.is_empty() {
             break;
         }
@@ -181,16 +182,16 @@ pub(crate) fn inferred(
     allowed: Allowed,
     level: f64,
 ) -> Inferred {
-    let thresholds = thresholds(level);
+    let tail_thresholds = thresholds(level);
     let (limited, limited_bins, discrepancy) = widened(plain, bins);
-    let at = model_thresholds(p_value, level);
-    let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
-    let mut second = join_alike(&mut terms, plain, bins, at, allowed);
-    join_without_resonances(&mut terms, plain, bins, at);
+    let thresholds = model_thresholds(p_value, level);
+    let (mut terms, mut reduced) = intervals(&limited, &limited_bins, thresholds);
+    let mut second = join_alike(&mut terms, plain, bins, thresholds, allowed);
+    join_without_resonances(&mut terms, plain, bins, thresholds);
     reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
     value_of_likelihood(&mut terms, plain, &reduced);
     if let Some(j) = plain.model.index(Term::RandomWalk) {
-        heavy_tails(&mut terms[j], tails, thresholds);
+        heavy_tails(&mut terms[j], tails, tail_thresholds);
     }
     // These values come from the reduced model, like those of the terms, because together they are the model of the record.
     let processes: Vec<Process> = limited
@@ -199,15 +200,17 @@ pub(crate) fn inferred(
         .zip(reduced.model.processes())
         .map(|(j, k)| {
             let part = reduced.model.parts[k];
-            let shape = match (time_bounds(&limited, &limited_bins, j, at), part) {
+            let shape = match (time_bounds(&limited, &limited_bins, j, thresholds), part) {
                 (Some(bounds), Part::GaussMarkov { time }) => [Some(bounds.around(time)), None],
-                (_, Part::Resonance { frequency, width }) => resonance_bounds(&limited, &limited_bins, j, at)
-                    .map_or([None, None], |[centre, half]| {
-                        [Some(centre.around(frequency)), Some(half.around(width))]
-                    }),
+                (_, Part::Resonance { frequency, width }) => {
+                    resonance_bounds(&limited, &limited_bins, j, thresholds)
+                        .map_or([None, None], |[centre, half]| {
+                            [Some(centre.around(frequency)), Some(half.around(width))]
+                        })
+                }
                 _ => [None, None],
             };
-            let variance = part_bounds(&limited, &limited_bins, j, at).around(reduced.model.theta[k]);
+            let variance = part_bounds(&limited, &limited_bins, j, thresholds).around(reduced.model.theta[k]);
             Process { part, variance, shape }
         })
         .collect();
@@ -235,7 +238,7 @@ pub(crate) fn inferred(
     }
     let (information, _) = reduced.information(&limited_bins);
     let covariance = information.pseudo_inverse();
-    let alike_from = process_like_walk(&reduced, &limited_bins, at);
+    let alike_from = process_like_walk(&reduced, &limited_bins, thresholds);
     Inferred { terms, reduced, processes, covariance, alike_from, second, discrepancy }
 }
 
@@ -265,9 +268,9 @@ fn behind_filter(fit: &Fit, process: &Process) -> Second {
 
 /// Largest correlation time for which a process is as fast as the filter of a model. \[s\]
 fn slowest_process(fit: &Fit, bins: &Bins) -> Option<f64> {
-    const SLOWER: f64 = 3.0; // relative to the filter
+    const MAX_TIME_RATIO: f64 = 3.0; // relative to the time constant of the filter
     let corner = fit.model.family?.shape(&fit.model.filter).half_power() / bins.record.tau0;
-    Some(SLOWER / (2.0 * PI * corner))
+    Some(MAX_TIME_RATIO / (2.0 * PI * corner))
 }
 
 /// The result of a model, without lines and drifts.

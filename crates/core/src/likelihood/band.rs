@@ -12,7 +12,7 @@ use crate::likelihood::masked::Weighting;
 use crate::likelihood::model::Model;
 use crate::likelihood::outcome::Options;
 use crate::likelihood::running_mean::RunningMean;
-use crate::likelihood::select::{Allowed, GOOD, is_needed, select, select_with_lines};
+use crate::likelihood::select::{Allowed, SELECTED_P_VALUE, is_needed, select, select_with_lines};
 use crate::likelihood::summary::Summary;
 use crate::terms::{NOISE_TERMS, Term};
 use std::sync::Arc;
@@ -24,13 +24,13 @@ pub(crate) const MIN_P_VALUE: f64 = 0.002;
 pub(crate) const LINE_SEARCHES: usize = 3;
 
 /// Smallest ratio of the end of the band to the highest mode if the top of the band is left out.
-const LEAST_BAND: f64 = 5.0;
+const MIN_BAND: f64 = 5.0;
 
 /// P-value below which a narrower band describes the record no better than the whole one.
-const HOPELESS: f64 = 1e-4;
+const HOPELESS_P_VALUE: f64 = 1e-4;
 
 /// Number of times that the band is halved, and number after which it is only halved to find white noise after a filter.
-const MOST_HALVINGS: u32 = 10;
+const MAX_HALVINGS: u32 = 10;
 const USUAL_SHARE: f64 = 16.0;
 
 /// Largest correlation time at which a process, without other white noise, may be white noise after a filter. \[s\]
@@ -40,7 +40,7 @@ pub(crate) const SLOWEST_FILTER: f64 = 2.0;
 const NO_WHITE: f64 = 0.1;
 
 /// Number of filters and resonances in the high band above which its top is left out instead of described.
-const MOST_HIGH_PARTS: f64 = 6.0;
+const MAX_HIGH_PARTS: f64 = 6.0;
 
 /// Number of standard errors above which a term determines the information that a mask leaves.
 const STANDS_OUT: f64 = 2.0;
@@ -67,11 +67,11 @@ pub(crate) fn best_attempt<'a>(
     let lowest = record.mode_frequency(record.low_modes());
     let mut attempts: Vec<Attempt<'a>> = Vec::new();
     let mut good = None; // the widest band with an adequate model, whose white noise may be hidden
-    for share in (0..MOST_HALVINGS).map(|halvings| f64::from(1 << halvings)) {
+    for share in (0..MAX_HALVINGS).map(|halvings| f64::from(1 << halvings)) {
         let mut mask = mask.to_vec();
         let highest = (share > 1.0).then_some(nyquist / share);
         if let Some(highest) = highest {
-            if highest < LEAST_BAND * lowest {
+            if highest < MIN_BAND * lowest {
                 break;
             }
             let from = (highest * record.segment as f64 * record.tau0).ceil() as usize;
@@ -85,8 +85,8 @@ pub(crate) fn best_attempt<'a>(
         let high =
             |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
         let many = model.filter.len() as f64 / 2.0 + model.parts.iter().filter(|p| high(p)).count() as f64;
-        let wanted = if highest.is_none() && many == 0.0 { MIN_P_VALUE } else { GOOD };
-        let done = attempt.p_value >= wanted && many <= MOST_HIGH_PARTS;
+        let wanted = if highest.is_none() && many == 0.0 { MIN_P_VALUE } else { SELECTED_P_VALUE };
+        let done = attempt.p_value >= wanted && many <= MAX_HIGH_PARTS;
         let hidden = hides_white_noise(&attempt.fit) && !shows_white_noise(&attempt);
         attempts.push(attempt);
         if done && !hidden {
@@ -101,10 +101,10 @@ pub(crate) fn best_attempt<'a>(
             break;
         }
     }
-    let last_good = attempts.iter().rposition(|a| a.p_value >= GOOD);
+    let last_good = attempts.iter().rposition(|a| a.p_value >= SELECTED_P_VALUE);
     let adequate = attempts.iter().position(|a| a.p_value >= MIN_P_VALUE);
     let least_bad = || {
-        let among = (0..attempts.len()).filter(|&a| attempts[a].p_value >= HOPELESS);
+        let among = (0..attempts.len()).filter(|&a| attempts[a].p_value >= HOPELESS_P_VALUE);
         among.max_by(|&a, &b| attempts[a].p_value.total_cmp(&attempts[b].p_value))
     };
     let chosen = good.or(last_good).or(adequate).or_else(least_bad).unwrap_or(0);

@@ -50,7 +50,8 @@ pub(crate) struct Bins<'a> {
     pub ranges: Vec<(usize, usize)>,
     /// Mean frequency of all bins. \[Hz\]
     pub frequency: Vec<f64>,
-    /// Degrees of freedom of each bin, for information, and for the distribution of its mean alone.
+    /// Degrees of freedom of each bin: for the information of all bins together, and for the distribution of its mean
+    /// alone.
     pub freedom: Vec<f64>,
     pub freedom_alone: Vec<f64>,
     /// Share of the degrees of freedom that remains after a running mean, which makes the densities in a bin unequal.
@@ -72,7 +73,7 @@ pub(crate) struct Bins<'a> {
     terms: Arc<Vec<Column>>,
     /// Sample interval of the filter's cosines, in samples: 1 for the whole band, more if its top is left out.
     pub spacing: usize,
-    /// cos 2πk f τ₀ · spacing − 1, k = 1 … 6: of the low bins, of the points.
+    /// cos 2πk f τ₀ · spacing − 1, k = 1 … 6: for the low bins, and for the points.
     pub cosines_low: Arc<Vec<Vec<f64>>>,
     pub cosines_high: Arc<Vec<Vec<f64>>>,
     pub regressors: Arc<Vec<Regressor>>,
@@ -82,7 +83,7 @@ pub(crate) struct Bins<'a> {
 }
 
 /// Largest number of coefficients of a filter.
-pub(crate) const MOST_FILTER: usize = 6;
+pub(crate) const MAX_FILTER: usize = 6;
 
 impl Bins<'_> {
     /// Half width of the narrowest resonance that the evaluation points resolve: their distance.
@@ -178,8 +179,8 @@ impl Bins<'_> {
         let mut sums = vec![0.0; self.frequency.len()];
         for line in lines {
             let power = 0.25 * line.amplitude * line.amplitude;
-            let cell = masked.cells.of(line.frequency);
-            let rows = rows.chunks_exact(masked.cells.at.len());
+            let cell = masked.cells.cell_of(line.frequency);
+            let rows = rows.chunks_exact(masked.cells.centres.len());
             for (sum, row) in sums[..self.low].iter_mut().zip(rows) {
                 *sum += power * row[cell] / masked.cells.width(cell);
             }

@@ -1,17 +1,17 @@
 //! Parts that could be added to a model, and the reduction of the deviance by each, estimated by one step from the present
 //! fit.
 
-use crate::likelihood::bins::{Bins, MOST_FILTER};
+use crate::likelihood::bins::{Bins, MAX_FILTER};
 use crate::likelihood::expected::Part;
 use crate::likelihood::fit::Fit;
 use crate::likelihood::linear::{Symmetric, dot};
 
 /// Numbers per decade of correlation times and of resonances in the dictionary.
-const TIMES: f64 = 6.0;
-const CENTRES: f64 = 20.0;
+const TIMES_PER_DECADE: f64 = 6.0;
+const CENTRES_PER_DECADE: f64 = 20.0;
 
 /// Half widths of resonances, over their frequencies.
-const WIDTHS: [f64; 3] = [0.02, 0.06, 0.2];
+const RELATIVE_WIDTHS: [f64; 3] = [0.02, 0.06, 0.2];
 
 /// Smallest share of the information about a candidate that is independent of the other parameters; less is rounding.
 const MIN_INFORMATION_SHARE: f64 = 1e-6;
@@ -26,13 +26,13 @@ impl Dictionary {
     pub(crate) fn new(bins: &Bins) -> Self {
         let (tau0, duration) = (bins.record.tau0, bins.record.duration());
         let column = |part: Part| (part, bins.unit(part));
-        let times = spaced(40.0 * tau0, duration / 6.0, TIMES);
+        let times = spaced(40.0 * tau0, duration / 6.0, TIMES_PER_DECADE);
         let processes = times.into_iter().map(|time| column(Part::GaussMarkov { time })).collect();
         let highest_mode = bins.record.mode_frequency(bins.record.low_modes());
         let spacing = bins.record.frequency(1);
         let mut resonances = Vec::new();
-        for frequency in spaced(4.0 / duration, 0.47 / tau0, CENTRES) {
-            for share in WIDTHS {
+        for frequency in spaced(4.0 / duration, 0.47 / tau0, CENTRES_PER_DECADE) {
+            for share in RELATIVE_WIDTHS {
                 let width = share * frequency;
                 if width > 1.5 / duration && (frequency < highest_mode || width > spacing) {
                     resonances.push(column(Part::Resonance { frequency, width }));
@@ -96,10 +96,11 @@ impl Scores {
         Self { slopes, weights, excess, inverse, step, response, spectrum: fit.spectrum.clone(), gain }
     }
 
-    /// Reduction of the deviance by a candidate with a mean density in each bin. `behind` states whether it is filtered.
-    pub(crate) fn gain_of(&self, column: &[f64], behind: bool) -> f64 {
+    /// Reduction of the deviance by a candidate with a mean density in each bin. `filtered`: whether the filter acts on
+    /// it.
+    pub(crate) fn gain_of(&self, column: &[f64], filtered: bool) -> f64 {
         let relative: Vec<f64> = (0..column.len())
-            .map(|b| column[b] * if behind { self.response[b] } else { 1.0 } / self.spectrum[b])
+            .map(|b| column[b] * if filtered { self.response[b] } else { 1.0 } / self.spectrum[b])
             .collect();
         let weighted: Vec<f64> = relative.iter().zip(&self.weights).map(|(u, w)| 0.5 * w * u).collect();
         let own = dot(&relative, &weighted);
@@ -120,7 +121,7 @@ impl Scores {
     /// Reduction of the deviance if the filter has `wanted` coefficients instead of the present number.
     pub(crate) fn gain_of_filter(&self, fit: &Fit, bins: &Bins, wanted: usize) -> f64 {
         let present = fit.model.filter.len();
-        debug_assert!(present < wanted && wanted <= MOST_FILTER);
+        debug_assert!(present < wanted && wanted <= MAX_FILTER);
         let mut columns = self.slopes.clone();
         // Relative to the total density. Quantization noise is not filtered, but a rough value is sufficient here.
         for k in present..wanted {

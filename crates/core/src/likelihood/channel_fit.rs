@@ -17,8 +17,8 @@ use crate::resonance::Resonance;
 use crate::terms::{NOISE_TERMS, Term};
 use std::f64::consts::LN_10;
 
-/// Width of the band around its centre in which record and model are compared: a quarter of a decade.
-const BAND: f64 = LN_10 / 8.0;
+/// Half width of the band in which record and model are compared, a quarter of a decade. \[ln Hz\]
+const HALF_BAND: f64 = LN_10 / 8.0;
 
 /// Verdict on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -339,8 +339,8 @@ fn filter(outcome: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
     Some(filter)
 }
 
-/// Standard deviation of the process that replaces a rate random walk K; if the record needs neither, that of the same
-/// density above 1/T, K² = 2σ²/T.
+/// Standard deviation of the process that replaces a rate random walk K; if the record needs neither, that of a process
+/// with the same density above 1/T, K² = 2σ²/T.
 fn alike_sigma(time: f64, variance: f64, walk: f64) -> Option<f64> {
     let sigma = if variance > 0.0 { variance.sqrt() } else { walk * (0.5 * time).sqrt() };
     (walk > 0.0).then_some(sigma)
@@ -356,7 +356,7 @@ fn worst_band(outcome: &Outcome) -> (f64, f64) {
     let band: Vec<&[f64; 4]> = outcome
         .bins
         .iter()
-        .filter(|bin| (bin[0] / frequency).ln().abs() < BAND || off(bin) <= nearest)
+        .filter(|bin| (bin[0] / frequency).ln().abs() < HALF_BAND || off(bin) <= nearest)
         .collect();
     let sum: f64 = band.iter().map(|bin| bin[3]).sum();
     // If no bin of a band has weight, or no model is close to the spectrum, all bins have equal weights.

@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 /// Largest difference of the Allan variances of fit and model for which the model describes the curve: relative, and in
 /// standard errors of a measured variance.
-const SAME: f64 = 0.02;
+const MAX_DIFFERENCE: f64 = 0.02;
 const SAME_ERRORS: f64 = 0.5;
 
 /// Length of the record over the longest averaging time.
@@ -31,7 +31,7 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     // The parts that a noise model has.
     let bare = FittedModel { resonance, ..noise }.avar_before_filter(&sizes);
     if let Some(filter) = &fit.filter {
-        let lost = filter.taken_off(|f| fit.psd_that_is_filtered(f), &sizes, fit.highest);
+        let lost = filter.reduction_of_avar(|f| fit.psd_that_is_filtered(f), &sizes, fit.highest);
         filtered.iter_mut().zip(lost).for_each(|(all, lost)| *all -= lost);
     }
     // Share of the variance of white noise in the excluded band, whose actual noise is unknown.
@@ -43,7 +43,7 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     let beginning = |avar: &[f64]| {
         let beyond = (0..sizes.len()).rev().find(|&k| {
             let error = SAME_ERRORS * (2.0 * sizes[k] as f64 / n as f64).sqrt();
-            (avar[k] - filtered[k]).abs() + unknown(sizes[k]) * bare[k] > error.min(SAME) * bare[k]
+            (avar[k] - filtered[k]).abs() + unknown(sizes[k]) * bare[k] > error.min(MAX_DIFFERENCE) * bare[k]
         });
         beyond.map_or(tau0, |k| sizes[(k + 1).min(sizes.len() - 1)] as f64 * tau0)
     };

@@ -9,17 +9,18 @@ use crate::likelihood::linear::dot;
 use std::f64::consts::LN_2;
 
 const ROUNDS: usize = 4;
-const BANDS: f64 = 4.0;
-const LEAST_FREEDOM: f64 = 4.0;
+const BANDS_PER_DECADE: f64 = 4.0;
+const MIN_FREEDOM: f64 = 4.0;
 
 /// Number of bands over which the size of the wiggle is smoothed.
-const SMOOTH: f64 = 2.0;
+const SMOOTHED_BANDS: f64 = 2.0;
 
 /// Largest leverage of a band, because parameters that follow a band hide its misfit.
-const MOST_LEVERAGE: f64 = 0.8;
+const MAX_LEVERAGE: f64 = 0.8;
 
-/// Number of variances of chance above which the misfit of a single band counts, and the share that counts.
-const BEYOND: f64 = 4.0;
+/// Multiple of the variance by chance above which the misfit of a single band counts, and the share of the rest that
+/// counts.
+const CHANCE_MULTIPLE: f64 = 4.0;
 const OWN_SHARE: f64 = 0.5;
 
 /// Relative error of ln |H|² beyond the corner of a filter of known shape: 0.3 dB at −10 dB. A first-order filter at eight
@@ -58,7 +59,7 @@ pub(crate) fn widened<'a>(fit: &Fit, bins: &Bins<'a>) -> (Fit, Bins<'a>, Vec<(f6
         sizes = bands
             .iter()
             .zip(&variances)
-            .map(|(b, v)| (first * 10_f64.powf((b.number as f64 + 0.5) / BANDS), v.sqrt()))
+            .map(|(b, v)| (first * 10_f64.powf((b.number as f64 + 0.5) / BANDS_PER_DECADE), v.sqrt()))
             .collect();
         fit = fit.model.clone().fit(&bins);
     }
@@ -70,7 +71,7 @@ fn bands(fit: &Fit, bins: &Bins) -> Vec<Band> {
     let inverse = information.pseudo_inverse();
     let excess = fit.excess();
     let mut found = Vec::new();
-    for (number, inside) in bins.bands(BANDS) {
+    for (number, inside) in bins.bands(BANDS_PER_DECADE) {
         let (mut freedom, mut sum, mut leverage) = (0.0, 0.0, 0.0);
         for &bin in &inside {
             let row: Vec<f64> = slopes.iter().map(|c| c[bin]).collect();
@@ -78,9 +79,9 @@ fn bands(fit: &Fit, bins: &Bins) -> Vec<Band> {
             freedom += bins.freedom[bin];
             sum += bins.freedom[bin] * excess[bin];
         }
-        if freedom >= LEAST_FREEDOM {
+        if freedom >= MIN_FREEDOM {
             let log_ratio = (1.0 + sum / freedom).max(0.05).ln();
-            let leverage = leverage.min(MOST_LEVERAGE);
+            let leverage = leverage.min(MAX_LEVERAGE);
             found.push(Band { number, bins: inside, freedom, log_ratio, leverage });
         }
     }
@@ -96,12 +97,12 @@ fn wiggle(bands: &[Band]) -> Vec<f64> {
         .map(|here| {
             let (mut above, mut below, mut scatter) = (0.0, 0.0, 0.0);
             for b in bands {
-                let weight = (-0.5 * ((here.number - b.number) as f64 / SMOOTH).powi(2)).exp();
+                let weight = (-0.5 * ((here.number - b.number) as f64 / SMOOTHED_BANDS).powi(2)).exp();
                 above += weight * (b.log_ratio.powi(2) - (1.0 - b.leverage) * chance(b.freedom));
                 below += weight * (1.0 - b.leverage);
                 scatter += 2.0 * (weight * (1.0 - b.leverage) * chance(b.freedom)).powi(2);
             }
-            let own = OWN_SHARE * (here.log_ratio.powi(2) - BEYOND * chance(here.freedom));
+            let own = OWN_SHARE * (here.log_ratio.powi(2) - CHANCE_MULTIPLE * chance(here.freedom));
             ((above - scatter.sqrt()) / below).max(own).max(0.0)
         })
         .collect()

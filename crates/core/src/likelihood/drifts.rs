@@ -15,18 +15,18 @@ const WARM_UP: f64 = 16.0;
 const WARM_UPS: [f64; 7] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0, 1.5];
 
 /// Steps of the logarithm of the time constant in its refinement.
-const REFINED: [f64; 4] = [0.34, 0.17, 0.09, 0.045];
+const REFINING_STEPS: [f64; 4] = [0.34, 0.17, 0.09, 0.045];
 
 /// Step for the derivative with respect to the logarithm of the time constant.
-const SLOPE: f64 = 1e-3;
+const LOG_TIME_STEP: f64 = 1e-3;
 
 /// Deviance by which a warm-up must be better than a ramp.
-const CURVATURE: f64 = 6.0;
+const PRICE_OF_WARM_UP: f64 = 6.0;
 
 /// Number of standard errors above which a ramp counts, with the rate random walk at its upper limit.
-const RAMP: f64 = 3.3;
+const MIN_RAMP_ERRORS: f64 = 3.3;
 
-/// Number of steps of the search for the ends of its interval.
+/// Number of steps of the search for the ends of the interval of a ramp.
 const RAMP_DOUBLINGS: usize = 8;
 
 const RAMP_HALVINGS: usize = 5;
@@ -77,7 +77,7 @@ pub(crate) struct Drifts {
 
 /// Adds the ramp and the warm-up to a fit, the larger one first, if they are significant, and replaces earlier ones.
 /// Without them a selection mistakes a drift for processes. The curve of the warm-up replaces the nearest one of the grid.
-pub(crate) fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted: bool) -> Drifts {
+pub(crate) fn with_drifts(fit: &mut Fit, bins: &mut Bins, thresholds: Thresholds, wanted: bool) -> Drifts {
     if fit.model.regressors.iter().any(|k| (RAMP_INDEX..FIRST_REGRESSOR).contains(k)) {
         let mut model = fit.model.clone();
         model.regressors.retain(|k| !(RAMP_INDEX..FIRST_REGRESSOR).contains(k));
@@ -86,11 +86,11 @@ pub(crate) fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted
     let mut found = Drifts { ramp: drift(fit, RAMP_INDEX), ramp_observed: false, warm_up: None };
     let mut chosen = None;
     loop {
-        let ramp = if found.ramp_observed { None } else { Some(ramp_of(fit, bins, at)) };
+        let ramp = if found.ramp_observed { None } else { Some(ramp_of(fit, bins, thresholds)) };
         let warm_up = if wanted && chosen.is_none() { best_warm_up(fit, bins) } else { None };
         if let Some((value, observed, gain, next)) = ramp {
             found.ramp = value;
-            if wanted && observed && warm_up.as_ref().is_none_or(|w| w.0 < gain + CURVATURE) {
+            if wanted && observed && warm_up.as_ref().is_none_or(|w| w.0 < gain + PRICE_OF_WARM_UP) {
                 *fit = next;
                 found.ramp_observed = true;
                 continue;
@@ -102,13 +102,13 @@ pub(crate) fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted
     }
     found.warm_up = chosen.map(|(k, gain)| refined(fit, bins, k, gain));
     if found.ramp_observed {
-        found.ramp = profiled_ramp(fit, bins, at);
+        found.ramp = profiled_ramp(fit, bins, thresholds);
     }
     found
 }
 
 /// The ramp and the half width of its profile interval: for a fixed ramp the rate random walk may grow.
-fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
+fn profiled_ramp(fit: &Fit, bins: &Bins, thresholds: Thresholds) -> Drift {
     let plain = drift(fit, RAMP_INDEX);
     let mut bare = fit.model.clone();
     bare.regressors.retain(|&k| k != RAMP_INDEX);
@@ -119,9 +119,9 @@ fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
         let held = bare.clone().fit(&bins.of_record(&record));
         held.deviance - held.restricted
     };
-    let target = at.interval + rise(plain.value);
+    let target = thresholds.interval + rise(plain.value);
     let end = |sign: f64| {
-        let (mut inside, mut outside) = (0.0, plain.error * at.interval.sqrt());
+        let (mut inside, mut outside) = (0.0, plain.error * thresholds.interval.sqrt());
         for _ in 0..RAMP_DOUBLINGS {
             if rise(plain.value + sign * outside) > target {
                 break;
@@ -134,7 +134,7 @@ fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
         }
         outside
     };
-    Drift { value: plain.value, error: 0.5 * (end(1.0) + end(-1.0)) / at.interval.sqrt() }
+    Drift { value: plain.value, error: 0.5 * (end(1.0) + end(-1.0)) / thresholds.interval.sqrt() }
 }
 
 /// The best fit with an additional warm-up, its time constant from the grid \[s\] and the reduction of the deviance; None
@@ -171,7 +171,7 @@ fn best_of_warm_ups(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
 fn refined(fit: &mut Fit, bins: &mut Bins, k: usize, mut gain: f64) -> (f64, Drift, f64) {
     let at = FIRST_WARM_UP + k;
     let mut time = bins.record.duration() / WARM_UPS[k];
-    for step in REFINED {
+    for step in REFINING_STEPS {
         for other in [time * step.exp(), time / step.exp()] {
             let other_bins = with_curve(bins, at, bins.record.modes_of_decay(other));
             let next = fit.model.clone().fit(&other_bins);
@@ -182,8 +182,11 @@ fn refined(fit: &mut Fit, bins: &mut Bins, k: usize, mut gain: f64) -> (f64, Dri
         }
     }
     let curve = |factor: f64| bins.record.modes_of_decay(time * factor);
-    let slope =
-        curve(1.0 + SLOPE).iter().zip(curve(1.0 - SLOPE)).map(|(a, b)| (a - b) / (2.0 * SLOPE)).collect();
+    let slope = curve(1.0 + LOG_TIME_STEP)
+        .iter()
+        .zip(curve(1.0 - LOG_TIME_STEP))
+        .map(|(a, b)| (a - b) / (2.0 * LOG_TIME_STEP))
+        .collect();
     let last = bins.regressors.len();
     let error = drift(&with_regressor(fit, &with_curve(bins, last, slope), last), at).error;
     (time, Drift { error, ..drift(fit, at) }, gain)
@@ -203,21 +206,21 @@ fn with_curve<'a>(bins: &Bins<'a>, at: usize, modes: Vec<f64>) -> Bins<'a> {
 
 /// The rate ramp, whether it is significant even with the rate random walk at its upper limit, the reduction of the
 /// deviance, and the fit.
-fn ramp_of(fit: &Fit, bins: &Bins, at: Thresholds) -> (Drift, bool, f64, Fit) {
+fn ramp_of(fit: &Fit, bins: &Bins, thresholds: Thresholds) -> (Drift, bool, f64, Fit) {
     let found = with_regressor(fit, bins, RAMP_INDEX);
     let gain = gain_of(fit, &found);
     let mut ramp = drift(&found, RAMP_INDEX);
-    if ramp.value.abs() <= RAMP * ramp.error {
+    if ramp.value.abs() <= MIN_RAMP_ERRORS * ramp.error {
         return (ramp, false, gain, found);
     }
     if let Some(j) = found.model.index(Term::RateRandomWalk) {
-        let high = part_bounds(&found, bins, j, at).high;
+        let high = part_bounds(&found, bins, j, thresholds).high;
         if high.is_finite() {
             let mut model = found.model.clone();
             model.theta[j] = high.max(model.theta[j]);
             ramp = drift(&model.refit(bins, 0, 0.0, &found), RAMP_INDEX);
         }
     }
-    let observed = ramp.value.abs() > RAMP * ramp.error;
+    let observed = ramp.value.abs() > MIN_RAMP_ERRORS * ramp.error;
     (ramp, observed, gain, found)
 }

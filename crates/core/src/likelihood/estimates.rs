@@ -6,9 +6,9 @@ use crate::likelihood::profile::Bounds;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Logarithm of a ratio that counts as infinite.
-const UNBOUNDED: f64 = 700.0;
+const UNBOUNDED_LOG_RATIO: f64 = 700.0;
 
-/// A value and its interval, which is unknown without an upper end.
+/// A value and its interval; without an upper end, the interval is unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Value, inside its interval.
@@ -86,7 +86,7 @@ impl TermEstimate {
         let inside = |low: f64, high: f64| low < value && value < high;
         if value > 0.0 && low > 0.0 && !inside(low, high) {
             let away = quantile(level) * error.max(0.0) / value;
-            let ratio = if away < UNBOUNDED { away.exp() } else { f64::INFINITY };
+            let ratio = if away < UNBOUNDED_LOG_RATIO { away.exp() } else { f64::INFINITY };
             (low, high) = (low.min(value / ratio), high.max(value * ratio));
         }
         if low > 0.0 && inside(low, high) {

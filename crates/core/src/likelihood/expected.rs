@@ -11,14 +11,14 @@ use std::sync::{Arc, Mutex};
 const SERIES_LAG: usize = 200;
 
 /// Number of records whose flicker densities are cached, by shape.
-const CACHED: usize = 8;
+const CACHED_RECORDS: usize = 8;
 
 /// A part of the model whose density is proportional to one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Part {
     /// A noise term; the parameter is its squared coefficient.
     Term(Term),
-    /// First-order Gauss-Markov process; σ².
+    /// First-order Gauss-Markov process; the parameter is σ².
     GaussMarkov {
         /// Correlation time. \[s\]
         time: f64,
@@ -143,7 +143,7 @@ impl Blocks {
     }
 }
 
-/// The correlation exp(−τ₀/T) of neighbours: closed geometric sums for the finite record.
+/// Densities of a process whose neighbouring samples have the correlation exp(−τ₀/T), as closed geometric sums.
 pub(crate) struct MarkovModes {
     /// Variance of the mean of a block, and its covariance with the next one.
     own: f64,
@@ -287,7 +287,7 @@ pub(crate) fn flicker_modes(blocks: Blocks, modes: usize) -> Arc<Vec<f64>> {
     let found = Arc::new(mode_variances(&flicker_covariance(blocks.samples, blocks.count), modes));
     let mut known = lock();
     known.retain(|(shape, _)| *shape != key);
-    if known.len() == CACHED {
+    if known.len() == CACHED_RECORDS {
         known.remove(0);
     }
     known.push((key, found.clone()));

@@ -11,25 +11,25 @@ use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 /// |H|² below which the fit does not use a frequency.
 pub(crate) const UNUSED_POWER: f64 = 0.08;
 
-/// Number of grid frequencies up to half the rate of the cosines, and its largest multiple up to half the rate of the
-/// samples.
+/// Number of grid frequencies up to half the rate 1/Δ, and the largest factor by which it is refined, so that the grid
+/// extends to half the sampling rate.
 const GRID: usize = 4096;
-const FINEST: usize = 16;
+const MAX_REFINEMENT: usize = 16;
 
 /// Smallest |H|² at which shapes are compared, and number of grid frequencies between tested corners.
-const LEAST_POWER: f64 = 0.1;
-const EVERY: usize = 16;
+const MIN_POWER: f64 = 0.1;
+const POINTS_PER_CORNER: usize = 16;
 
 /// Largest difference of ln |H|² from a named shape: 0.9 dB.
-const ALIKE: f64 = 0.2;
+const MAX_SHAPE_DIFFERENCE: f64 = 0.2;
 
 /// Change of a coefficient for the derivative of the corner, and the corner times the sample interval above which no finer
 /// grid is needed.
-const MOVED: f64 = 1e-3;
+const COEFFICIENT_STEP: f64 = 1e-3;
 const FINE_CORNER: f64 = 0.1;
 
 /// Largest ratio of the corner of a filter before the sampler to that of the samples, and relative error of the former.
-const MOST_WARPED: f64 = 3.0;
+const MAX_WARPED: f64 = 3.0;
 const SAME_CORNER: f64 = 1e-9;
 
 /// Most similar shape of a filter.
@@ -68,7 +68,8 @@ pub struct FittedFilter {
     pub corner: Option<[f64; 3]>,
     /// The Butterworth filter before the sampler that replaces this filter in a noise model: order and corner. \[Hz\]
     pub low_pass: Option<(u8, f64)>,
-    /// Highest frequency of the fit, because the filter removes the noise above; 0 for a filter of known shape. \[Hz\]
+    /// Frequency up to which the coefficients describe the filter. Above, its shape does, or it removes nearly all
+    /// power. None: the coefficients describe it at all frequencies. \[Hz\]
     pub known_to: Option<f64>,
     /// Damping of two poles.
     pub damping: Option<f64>,
@@ -109,8 +110,8 @@ impl FittedFilter {
         let slopes: Vec<f64> = (0..numbers.len())
             .map(|k| {
                 let [mut up, mut down] = [numbers.to_vec(), numbers.to_vec()];
-                (up[k], down[k]) = (up[k] + MOVED, down[k] - MOVED);
-                (corner_at(&up) - corner_at(&down)) / (2.0 * MOVED)
+                (up[k], down[k]) = (up[k] + COEFFICIENT_STEP, down[k] - COEFFICIENT_STEP);
+                (corner_at(&up) - corner_at(&down)) / (2.0 * COEFFICIENT_STEP)
             })
             .collect();
         let mut variance = 0.0;
@@ -175,7 +176,7 @@ impl FittedFilter {
             .sum();
         let half = quantile * variance.max(0.0).sqrt() / slope.abs();
         // The compared frequencies have power; they end at the first frequency above the corner without power.
-        let lowest = LEAST_POWER.ln();
+        let lowest = MIN_POWER.ln();
         let end = log_power.iter().skip(k).position(|&y| y <= lowest).map_or(GRID, |count| k + count);
         let (x, log_power): (Vec<f64>, Vec<f64>) =
             x[..end].iter().zip(&log_power).filter(|&(_, &y)| y > lowest).unzip();
@@ -190,9 +191,12 @@ impl FittedFilter {
         // The truncated series ripples: the interval also includes the corner of the shape, which has no ripple.
         let mut ends = [corner, corner];
         if let Some((off, shape)) = nearest {
-            (filter.shape, filter.order) =
-                if off > ALIKE { (FilterShape::LowPass, None) } else { (shape.into(), shape.order()) };
-            let thinned = |of: &[f64]| of.iter().copied().step_by(EVERY).collect::<Vec<f64>>();
+            (filter.shape, filter.order) = if off > MAX_SHAPE_DIFFERENCE {
+                (FilterShape::LowPass, None)
+            } else {
+                (shape.into(), shape.order())
+            };
+            let thinned = |of: &[f64]| of.iter().copied().step_by(POINTS_PER_CORNER).collect::<Vec<f64>>();
             if let Some(alike) = shape.nearest_corner(&thinned(&x), &thinned(&log_power)) {
                 ends = [corner.min(alike), corner.max(alike)];
             }
@@ -228,7 +232,7 @@ impl FittedFilter {
     /// Reduction of the Allan variances by the filter, for noise with a given density before it. [(rate unit)²]
     ///
     /// Above `highest` there is no reduction, because the filter is unknown there, unless it removes all power.
-    pub(crate) fn taken_off(
+    pub(crate) fn reduction_of_avar(
         &self,
         density: impl Fn(f64) -> f64,
         sizes: &[usize],
@@ -243,7 +247,7 @@ impl FittedFilter {
         };
         let limit = highest.filter(|_| self.known_to.is_none()).unwrap_or(f64::INFINITY);
         let lost = |f: f64| if f >= limit { 0.0 } else { -density(f) * self.log_power(f).exp_m1() };
-        avar_of_density(lost, GRID * times.min(FINEST), self.tau0, sizes)
+        avar_of_density(lost, GRID * times.min(MAX_REFINEMENT), self.tau0, sizes)
     }
 
     /// The Butterworth filter in front of the sampler whose samples have half their power at the corner: order and corner
@@ -263,7 +267,7 @@ impl FittedFilter {
             let density = |f: f64| band_limited_sampled(1.0, order, corner, self.tau0, f);
             density(half_power) / density(0.0) - 0.5
         };
-        let (low, high) = (half_power / MOST_WARPED, half_power * MOST_WARPED);
+        let (low, high) = (half_power / MAX_WARPED, half_power * MAX_WARPED);
         let (at_low, at_high) = (off(low), off(high));
         if at_low * at_high > 0.0 {
             return None;
@@ -348,17 +352,17 @@ mod tests {
 
     /// White noise of density 1 loses no variance without a filter, and 1/τ after a filter that removes all power.
     #[test]
-    fn what_is_taken_off() {
+    fn reduction_of_variances() {
         let mut filter = fitted(Shape::Smoothing { corner: 0.08 }, 12);
         filter.coefficients = vec![0.0];
-        assert_eq!(filter.taken_off(|_| 1.0, &[1, 10], None), [0.0, 0.0]);
+        assert_eq!(filter.reduction_of_avar(|_| 1.0, &[1, 10], None), [0.0, 0.0]);
         // Above the last frequency of the fit the power continues to fall; here the last is the lowest frequency.
         (filter.shape, filter.known_to) = (FilterShape::LowPass, Some(1e-9));
-        for (lost, m) in filter.taken_off(|_| 1.0, &[1, 8], None).into_iter().zip([1.0, 8.0]) {
+        for (lost, m) in filter.reduction_of_avar(|_| 1.0, &[1, 8], None).into_iter().zip([1.0, 8.0]) {
             assert!((lost * m * TAU0 - 1.0).abs() < 1e-9);
         }
         (filter.coefficients, filter.known_to) = (vec![3.0], None);
-        assert_eq!(filter.taken_off(|_| 1.0, &[1], Some(0.0)), [0.0]);
+        assert_eq!(filter.reduction_of_avar(|_| 1.0, &[1], Some(0.0)), [0.0]);
     }
 
     #[test]

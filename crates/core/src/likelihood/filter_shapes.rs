@@ -21,17 +21,17 @@ const FARTHEST_CORNER: f64 = 0.3;
 const CORNERS: usize = 61;
 
 /// Smallest |H|² of a running mean, at its zeros.
-const ZERO: f64 = 1e-12;
+const POWER_AT_ZERO: f64 = 1e-12;
 
 /// Highest order of Butterworth filters, and largest number of means in series, that are fitted.
 const HIGHEST_FITTED: u32 = 6;
-const MOST_STAGES: u32 = 4;
+const MAX_STAGES: u32 = 4;
 
 /// Limits of a fitted corner, times the sample interval, and of the damping of two poles.
 const LOWEST_CORNER: f64 = 1e-4;
 const HIGHEST_CORNER: f64 = 0.49;
-const LEAST_DAMPING: f64 = 0.2;
-const MOST_DAMPING: f64 = 3.0;
+const MIN_DAMPING: f64 = 0.2;
+const MAX_DAMPING: f64 = 3.0;
 
 /// Number of bisections that determine all digits of a frequency.
 const BISECTIONS: usize = 60;
@@ -78,7 +78,7 @@ impl Response {
             Shape::RunningMean { length } => {
                 let length = f64::from(length);
                 let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
-                ratio.powi(2).max(ZERO).ln()
+                ratio.powi(2).max(POWER_AT_ZERO).ln()
             }
             Shape::TwoPoles { damping, .. } => {
                 let squared = ((PI * x).tan() / self.corner_factor).powi(2);
@@ -86,7 +86,7 @@ impl Response {
             }
             Shape::Means { length, stages } => {
                 let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
-                f64::from(stages) * ratio.powi(2).max(ZERO).ln()
+                f64::from(stages) * ratio.powi(2).max(POWER_AT_ZERO).ln()
             }
         }
     }
@@ -236,7 +236,7 @@ impl Family {
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let butterworth = (1..=HIGHEST_FITTED).map(|order| Self::Digital { order });
         let folded = (2..=HIGHEST_FITTED).map(|order| Self::Folded { order });
-        let means = (1..=MOST_STAGES).map(|stages| Self::Means { stages });
+        let means = (1..=MAX_STAGES).map(|stages| Self::Means { stages });
         [Self::Smoothing, Self::TwoPoles].into_iter().chain(butterworth).chain(folded).chain(means)
     }
 
@@ -264,7 +264,7 @@ impl Family {
         let highest = if self == Self::Smoothing { FASTEST_SMOOTHING } else { HIGHEST_CORNER };
         numbers[0] = numbers[0].clamp(LOWEST_CORNER.ln(), highest.ln());
         if let Some(damping) = numbers.get_mut(1) {
-            *damping = damping.clamp(LEAST_DAMPING.ln(), MOST_DAMPING.ln());
+            *damping = damping.clamp(MIN_DAMPING.ln(), MAX_DAMPING.ln());
         }
     }
 

@@ -1,6 +1,6 @@
 //! The fit of a model: Fisher scoring on Σ ν (ln S + I/S), parameters of parts ≥ 0.
 
-use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
+use crate::likelihood::bins::{Bins, MAX_FILTER, Products};
 use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
 use crate::likelihood::model::{Model, Shape};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 const STEPS: usize = 40;
 const HALVINGS: usize = 12;
-const SHORTER: f64 = 0.4;
+const STEP_REDUCTION: f64 = 0.4;
 
 /// Reduction of the deviance at which a fit ends.
 pub(crate) const TOLERANCE: f64 = 1e-4;
@@ -48,7 +48,7 @@ pub(crate) struct Fit {
 impl Model {
     /// Initial parameters of a fit, by non-negative least squares with weights that no bin dominates.
     fn start(&mut self, bins: &Bins) {
-        const HEAVIEST: f64 = 10.0;
+        const MAX_WEIGHT: f64 = 10.0;
         const MIN_DENSITY_SHARE: f64 = 0.05; // share of the usual density at which the weight of a bin is limited
         let n = self.parts.len();
         let powers = bins.plain_powers();
@@ -61,7 +61,7 @@ impl Model {
         };
         let columns: Vec<Vec<f64>> = self.parts.iter().map(column).collect();
         let weights: Vec<f64> = (0..bins.len())
-            .map(|i| bins.weight(i).sqrt().min(HEAVIEST) / (powers[i] + MIN_DENSITY_SHARE * usual))
+            .map(|i| bins.weight(i).sqrt().min(MAX_WEIGHT) / (powers[i] + MIN_DENSITY_SHARE * usual))
             .collect();
         let mut squares = Symmetric::zero(n);
         let weighted: Vec<Vec<f64>> =
@@ -120,7 +120,7 @@ impl Model {
                     better = Some(next);
                     break;
                 }
-                length *= SHORTER;
+                length *= STEP_REDUCTION;
             }
             let Some(next) = better else { break };
             let gain = fit.deviance - next.deviance;
@@ -241,7 +241,7 @@ impl Fit {
         for (k, &shape) in shapes.iter().enumerate() {
             held[n + q + k] = self.model.held_shape == Some(shape) || self.model.theta[shape.0] <= 0.0;
         }
-        debug_assert!(q <= MOST_FILTER && bins.len() == excess.len());
+        debug_assert!(q <= MAX_FILTER && bins.len() == excess.len());
         let mut step = bounded_step(&information, &gradient, &least, &held);
         let most = if self.model.family.is_some() { SHAPE_STEP } else { FILTER_STEP };
         step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-most, most));

@@ -8,8 +8,8 @@ use crate::{psd, terms};
 /// Smallest share of the Allan variance that remains after a filter.
 const MIN_VARIANCE_SHARE: f64 = 1e-6;
 
-/// Smallest number of pairs of clusters over the time constant of a warm-up.
-const FEWEST_PAIRS: f64 = 1e-9;
+/// Shortest time from the first to the last pair of clusters, over the time constant of a warm-up.
+const MIN_PAIRS: f64 = 1e-9;
 
 /// A model of a record. Coefficients of 0 are absent.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +61,7 @@ impl FittedModel {
     pub fn avar(&self, sizes: &[usize]) -> Vec<f64> {
         let mut total = self.avar_before_filter(sizes);
         if let Some(filter) = &self.filter {
-            let lost = filter.taken_off(|f| self.psd_that_is_filtered(f), sizes, self.highest);
+            let lost = filter.reduction_of_avar(|f| self.psd_that_is_filtered(f), sizes, self.highest);
             total
                 .iter_mut()
                 .zip(lost)
@@ -133,7 +133,7 @@ impl FittedModel {
         let Some((amplitude, time)) = self.warm_up else { return 0.0 };
         let tau = m as f64 * self.tau0;
         let (share, duration) = (tau / time, self.samples as f64 * self.tau0);
-        let pairs = ((duration - 2.0 * tau) / time).max(FEWEST_PAIRS);
+        let pairs = ((duration - 2.0 * tau) / time).max(MIN_PAIRS);
         let mean = -(-2.0 * pairs).exp_m1() / (2.0 * pairs);
         0.5 * amplitude * amplitude * mean * ((-share).exp_m1().powi(2) / share).powi(2)
     }

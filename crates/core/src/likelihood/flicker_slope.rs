@@ -15,16 +15,16 @@ use std::f64::consts::PI;
 const STEPS: usize = 40;
 
 /// Price of a parameter of a model in deviance (Akaike).
-const NUMBER: f64 = 2.0;
+const PRICE_OF_PARAMETER: f64 = 2.0;
 
 /// Ratio of the density to that of white noise above which other noise dominates.
-const DOMINATES: f64 = 2.0;
+const DOMINANT_RATIO: f64 = 2.0;
 
 /// Exponent above which the noise is a random walk instead of a bias instability.
-const STEEPEST: f64 = 1.75;
+const MAX_EXPONENT: f64 = 1.75;
 
 /// Share of the density above which a frequency counts in the mean frequency of the bias instability.
-const SHARE: f64 = 0.5;
+const COUNTED_SHARE: f64 = 0.5;
 
 /// The best fit with a free exponent that explains the record as well. The free exponent replaces the bias instability and
 /// processes, and in some fits the rate random walk. If it replaces fewer parameters than it has, it must be better by the
@@ -33,10 +33,14 @@ pub(crate) fn with_free_exponent(
     fit: &Fit,
     bins: &Bins,
     observed: Option<Walk>,
-    at: Thresholds,
+    thresholds: Thresholds,
 ) -> Option<Alike> {
-    let fit =
-        &without(fit, bins, vec![Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)], at);
+    let fit = &without(
+        fit,
+        bins,
+        vec![Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)],
+        thresholds,
+    );
     let pivot = pivot(fit, bins)?;
     let is_process = |part: Part| matches!(part, Part::GaussMarkov { .. });
     let is_present = |test: &dyn Fn(Part) -> bool| {
@@ -58,14 +62,14 @@ pub(crate) fn with_free_exponent(
         let tried = free_exponent(fit, bins, pivot, removed);
         let fewer = numbers(&fit.model) - numbers(&tried.model);
         let rise = if fewer < 0.0 {
-            -at.interval
+            -thresholds.interval
         } else if fewer > 0.0 {
-            at.interval
+            thresholds.interval
         } else {
             0.0
         };
-        let price = tried.deviance + NUMBER * numbers(&tried.model);
-        let is_flicker = flicker(&tried).is_some_and(|(exponent, ..)| exponent < STEEPEST);
+        let price = tried.deviance + PRICE_OF_PARAMETER * numbers(&tried.model);
+        let is_flicker = flicker(&tried).is_some_and(|(exponent, ..)| exponent < MAX_EXPONENT);
         let is_alike = tried.deviance <= fit.deviance + rise;
         let gives_way =
             observed.is_some_and(|walk| walk.gives_way(fit.deviance + rise - tried.deviance, 0.0));
@@ -112,7 +116,7 @@ fn free_exponent(fit: &Fit, bins: &Bins, pivot: f64, removed: impl Fn(Part) -> b
 /// The middle of the frequencies below which the white noise does not dominate. \[Hz\]
 fn pivot(fit: &Fit, bins: &Bins) -> Option<f64> {
     let [_, white, ..] = squares(fit);
-    let below = (0..bins.low).take_while(|&i| fit.spectrum[i] > DOMINATES * white).last()?;
+    let below = (0..bins.low).take_while(|&i| fit.spectrum[i] > DOMINANT_RATIO * white).last()?;
     Some((bins.frequency[0] * bins.frequency[below]).sqrt())
 }
 
@@ -120,7 +124,7 @@ fn pivot(fit: &Fit, bins: &Bins) -> Option<f64> {
 pub(crate) fn over_frequencies(bounds: Bounds, fit: &Fit, bins: &Bins, part: usize) -> Bounds {
     let Part::Flicker { exponent, pivot } = fit.model.parts[part] else { return bounds };
     let unit = bins.unit(fit.model.parts[part]);
-    let share = |i: &usize| fit.model.theta[part] * unit[*i] > SHARE * fit.spectrum[*i];
+    let share = |i: &usize| fit.model.theta[part] * unit[*i] > COUNTED_SHARE * fit.spectrum[*i];
     let factors = (0..bins.low).filter(share).map(|i| (bins.frequency[i] / pivot).powf(1.0 - exponent));
     let (least, most) = factors.fold((1.0_f64, 1.0_f64), |(least, most), x| (least.min(x), most.max(x)));
     Bounds { low: least * bounds.low, high: most * bounds.high, ..bounds }

@@ -15,7 +15,7 @@ use crate::likelihood::outcome::Second;
 use crate::likelihood::outcome::Tails;
 use crate::likelihood::profile::without;
 use crate::likelihood::profile::{Bounds, Thresholds, part_bounds};
-use crate::likelihood::select::{ALIKE, Allowed, second_explanations};
+use crate::likelihood::select::{ALTERNATIVE_REDUCTION, Allowed, second_explanations};
 use crate::terms::Term;
 
 /// Price in deviance of an additional process, when the interval of a term is joined with its interval in the model with
@@ -27,9 +27,9 @@ const WALK_PRICE: f64 = 4.0;
 const TERM_PRICE: f64 = 5.5;
 const BOTH_PRICE: f64 = 6.0;
 
-/// Reduction of the deviance by a process above which it is stated in place of a rate random walk that the model with the
-/// process does not need.
-const NAMED: f64 = 1.0;
+/// Smallest reduction of the deviance by a process that is stated in place of a rate random walk. The model with the
+/// process does not need the walk.
+const MIN_REDUCTION: f64 = 1.0;
 
 pub(crate) fn thresholds(level: f64) -> Thresholds {
     Thresholds {
@@ -48,21 +48,22 @@ pub(crate) fn thresholds_of_student(level: f64, freedom: f64) -> Thresholds {
 /// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two
 /// interchangeable terms the last one remains in the model, but neither is observed. The interval in the model without them
 /// is joined.
-pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
+pub(crate) fn intervals(fit: &Fit, bins: &Bins, thresholds: Thresholds) -> (Vec<Bounds>, Fit) {
     let count = fit.model.parts.len();
     let is_term = |j: &usize| fit.model.parts[*j].is_term();
     let unknown = Bounds { value: 0.0, low: 0.0, high: f64::INFINITY, observed: false, loss: 0.0 };
-    let mut bounds: Vec<Bounds> =
-        (0..count).map(|j| if is_term(&j) { part_bounds(fit, bins, j, at) } else { unknown }).collect();
+    let mut bounds: Vec<Bounds> = (0..count)
+        .map(|j| if is_term(&j) { part_bounds(fit, bins, j, thresholds) } else { unknown })
+        .collect();
     let open: Vec<Part> =
         (0..count).filter(is_term).filter(|&j| !bounds[j].observed).map(|j| fit.model.parts[j]).collect();
     if open.is_empty() {
         return (bounds, fit.clone());
     }
-    let reduced = without(fit, bins, open, at);
+    let reduced = without(fit, bins, open, thresholds);
     for (j, part) in fit.model.parts.iter().enumerate().filter(|(j, _)| is_term(j)) {
         let Some(k) = reduced.model.index(*part) else { continue };
-        let alone = part_bounds(&reduced, bins, k, at);
+        let alone = part_bounds(&reduced, bins, k, thresholds);
         let full = bounds[j];
         bounds[j] = Bounds {
             value: if alone.observed { alone.value } else { full.value },
@@ -82,7 +83,7 @@ pub(crate) fn join_alike(
     terms: &mut [Bounds],
     plain: &Fit,
     bins: &Bins,
-    at: Thresholds,
+    thresholds: Thresholds,
     allowed: Allowed,
 ) -> Vec<Second> {
     let is_slow = |part: Part| matches!(part, Part::Term(Term::BiasInstability | Term::RateRandomWalk));
@@ -91,21 +92,22 @@ pub(crate) fn join_alike(
     let is_single = bins.runs.is_empty();
     let shows_slow = is_single
         && plain.model.parts.iter().zip(terms.iter()).any(|(&part, term)| is_slow(part) && term.observed);
-    let walk = observed_walk(plain, bins, at);
+    let walk = observed_walk(plain, bins, thresholds);
     let others = second_explanations(plain, bins, allowed, shows_slow);
     let mut others: Vec<Alike> =
         others.into_iter().map(|fit| Alike { fit, warm_up: None, optional: Vec::new() }).collect();
     if allowed.processes {
-        others.extend(alike(plain, bins, walk, at, allowed.drifts));
+        others.extend(alike(plain, bins, walk, thresholds, allowed.drifts));
     }
     let is_walk = |part: Part| part == Part::Term(Term::RateRandomWalk);
     let has_walk = plain.model.index(Term::RateRandomWalk).is_some_and(|j| terms[j].observed);
     // If a walk is not needed in addition to a process, but the process does not replace it, its lower end is between 0,
     // where the process is just good enough to replace it, and two standard errors, as in `profile::part_bounds`.
-    let error_of_walk = plain.model.index(Term::RateRandomWalk).map_or(0.0, |j| terms[j].error_below(at));
+    let error_of_walk =
+        plain.model.index(Term::RateRandomWalk).map_or(0.0, |j| terms[j].error_below(thresholds));
     let least_walk = |gain: f64| {
         let needed = walk.map_or(0.0, |walk| walk.needed_of_process(plain));
-        let share = (needed - gain) / (needed + at.interval - TERM_PRICE);
+        let share = (needed - gain) / (needed + thresholds.interval - TERM_PRICE);
         2.0 * error_of_walk * share.clamp(0.0, 1.0)
     };
     let mut second = Vec::new();
@@ -116,7 +118,8 @@ pub(crate) fn join_alike(
         let is_addition = warm_up.is_none() && exponent.is_none() && adds_process(&other, plain);
         let mut is_second = warm_up.is_some()
             || exponent.is_some()
-            || (gain >= if is_addition { ALIKE } else { -at.interval } && has_other_processes);
+            || (gain >= if is_addition { ALTERNATIVE_REDUCTION } else { -thresholds.interval }
+                && has_other_processes);
         let (limited, limited_bins, _) = widened(&other, bins);
         for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
             let is_same = |&p: &Part| {
@@ -131,7 +134,7 @@ pub(crate) fn join_alike(
                 }
                 continue;
             };
-            if is_addition && gain <= ALIKE && !(is_slow(*part) && terms[j].observed) {
+            if is_addition && gain <= ALTERNATIVE_REDUCTION && !(is_slow(*part) && terms[j].observed) {
                 continue; // a weak process does not change other intervals
             }
             let price = match part {
@@ -140,12 +143,19 @@ pub(crate) fn join_alike(
                 _ => TERM_PRICE,
             };
             let less = if is_addition { (price - gain).max(0.0) } else { 0.0 };
-            if less >= at.interval {
+            if less >= thresholds.interval {
                 continue;
             }
-            let at = Thresholds { interval: at.interval - less, observed: (at.observed - less).max(0.0) };
-            let joined =
-                over_frequencies(part_bounds(&limited, &limited_bins, k, at), &limited, &limited_bins, k);
+            let thresholds = Thresholds {
+                interval: thresholds.interval - less,
+                observed: (thresholds.observed - less).max(0.0),
+            };
+            let joined = over_frequencies(
+                part_bounds(&limited, &limited_bins, k, thresholds),
+                &limited,
+                &limited_bins,
+                k,
+            );
             // With a free exponent, a term that is not needed may be absent.
             let may_be_absent = exponent.is_some() && (!is_walk(*part) || optional.contains(part));
             if terms[j].observed && (joined.observed || may_be_absent) {
@@ -153,7 +163,7 @@ pub(crate) fn join_alike(
             }
             // With a process, a rate random walk may be absent too.
             let is_idle = is_single && is_addition && is_walk(*part) && terms[j].observed && !joined.observed;
-            if is_idle && gain > NAMED {
+            if is_idle && gain > MIN_REDUCTION {
                 terms[j].low = terms[j].low.min(least_walk(gain));
                 is_second = true;
             }
@@ -164,7 +174,7 @@ pub(crate) fn join_alike(
             terms[j].high = terms[j].high.max(joined.high);
         }
         if is_second {
-            second.push(second_model(&without(&other, bins, TERMS.to_vec(), at), bins, warm_up));
+            second.push(second_model(&without(&other, bins, TERMS.to_vec(), thresholds), bins, warm_up));
         }
     }
     second
@@ -204,7 +214,7 @@ pub(crate) fn gauss_markov(fit: &Fit) -> impl Iterator<Item = (f64, f64)> + '_ {
 }
 
 /// The shortest correlation time of a Gauss-Markov process that represents the rate random walk about equally well.
-pub(crate) fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<(f64, f64)> {
+pub(crate) fn process_like_walk(fit: &Fit, bins: &Bins, thresholds: Thresholds) -> Option<(f64, f64)> {
     let walk = fit.model.index(Term::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
     let (bare, walk) = (fit.model.without(walk), fit.model.theta[walk]);
     let reference = fit.model.clone().refit(bins, 40, TOLERANCE, fit).deviance;
@@ -216,7 +226,7 @@ pub(crate) fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Optio
         model.held_shape = Some((model.parts.len() - 1, Shape::Time));
         let last = model.parts.len() - 1;
         let alike = model.refit(bins, 40, TOLERANCE, fit);
-        if alike.deviance > reference + at.interval {
+        if alike.deviance > reference + thresholds.interval {
             break;
         }
         found = Some((time, alike.model.theta[last]));
@@ -238,12 +248,12 @@ pub(crate) fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &
 
 /// Widens the interval of white noise for samples with heavy tails: the relative variance of N² is (2 + κ)/N instead of
 /// 2/N.
-pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails, at: Thresholds) {
+pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails, thresholds: Thresholds) {
     let heavy = tails.heavy();
     if heavy == 0.0 || !white.observed {
         return;
     }
-    let more = (at.interval * heavy / tails.present as f64).sqrt() * white.value;
+    let more = (thresholds.interval * heavy / tails.present as f64).sqrt() * white.value;
     white.low = (white.value - (white.value - white.low).hypot(more)).max(0.0);
     white.high = white.value + (white.high - white.value).hypot(more);
 }

@@ -21,8 +21,8 @@ use crate::terms::{NOISE_TERMS, Term};
 
 /// Initial and smallest spread of the levels of a term: standard deviations of the logarithm of the squared coefficient.
 /// The initial spread does not constrain the levels; the smallest is far below their errors.
-const FREE: f64 = 5.0;
-const LEAST_SPREAD: f64 = 1e-4;
+const FREE_SPREAD: f64 = 5.0;
+const MIN_SPREAD: f64 = 1e-4;
 
 /// P-value of the gain by ramps in all runs below which all runs have a ramp: together, insignificant ramps resemble a rate
 /// random walk.
@@ -32,7 +32,7 @@ const RAMPS: f64 = 0.01;
 const MIN_VARIANCE_SHARE: f64 = 0.1;
 
 /// Standard error of the logarithm of a squared coefficient above which a run does not show the term.
-const WEAK: f64 = 0.35;
+const WEAK_ERROR: f64 = 0.35;
 
 const STEPS: usize = 40;
 
@@ -127,7 +127,7 @@ pub fn analyse_jointly(
     let mut parts: Vec<Part> = (0..NOISE_TERMS).filter(|&k| wanted[k]).map(|k| TERMS[k]).collect();
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut model = Model { mean, of_white: of_white && mean.is_some(), ..Model::new(parts, Vec::new()) };
-    let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE };
+    let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE_SPREAD };
     model.levels = (0..NOISE_TERMS).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
     let bins = with_ramps(runs, &model, options.drifts);
     let mut allow = allowed(records[0], options);
@@ -154,7 +154,7 @@ pub fn analyse_jointly(
     let weighted = |record: &&Summary| record.kurtosis * record.present() as f64;
     let tails = Tails { kurtosis: records.iter().map(weighted).sum::<f64>() / present as f64, present };
     let found = inferred(&plain, &bins, test.p_value, tails, allow, options.level);
-    let others = place.par_iter().map(|&at| other(&free_fit, &bins, at, common)).collect();
+    let others = place.par_iter().map(|&at| compare_run(&free_fit, &bins, at, common)).collect();
     let homogeneity = std::array::from_fn(|k| {
         common[k].then(|| gain_of_separate_terms(&free_fit, &bins, TERMS[k])).flatten()
     });
@@ -219,7 +219,7 @@ fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool
 /// Whether most runs do not show a term, so that its variation from run to run is unknown.
 fn is_weak(level: &Level) -> bool {
     let errors: Vec<f64> = level.runs.iter().map(|(_, error)| *error).collect();
-    median(&errors) > WEAK
+    median(&errors) > WEAK_ERROR
 }
 
 /// The levels of the runs with their errors, and their spreads by the method of Paule and Mandel.
@@ -234,7 +234,7 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
         let at = |run: usize| start + run;
         first += count;
         let Some(j) = fit.model.index(level.part).filter(|&j| fit.model.theta[j] > 0.0) else {
-            spreads.push(LEAST_SPREAD);
+            spreads.push(MIN_SPREAD);
             let runs = vec![(0.0, f64::INFINITY); count];
             found.push(Level { term, spread: 0.0, p_value: 1.0, runs });
             continue;
@@ -261,7 +261,7 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
         let logs: Vec<(f64, f64)> = level.logs.iter().copied().zip(variances.iter().copied()).collect();
         let mean = Mean::of(&logs);
         let (spread, p_value) = (mean.spread.sqrt(), chi2_above(mean.scatter, (count - 1) as f64));
-        spreads.push(spread.max(LEAST_SPREAD));
+        spreads.push(spread.max(MIN_SPREAD));
         let runs = place
             .iter()
             .map(|&run| (fit.model.theta[j] * level.logs[run].exp(), variances[run].sqrt()))
@@ -272,7 +272,7 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
 }
 
 /// The result for a single run.
-fn other(fit: &Fit, bins: &Bins, run: usize, common: Common) -> RunComparison {
+fn compare_run(fit: &Fit, bins: &Bins, run: usize, common: Common) -> RunComparison {
     let terms = [0, 1, 2, 3].map(|k| {
         let part = TERMS[k];
         fit.model.index(part).filter(|_| common[k]).map(|j| {

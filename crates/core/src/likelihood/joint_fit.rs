@@ -15,19 +15,19 @@ use crate::terms::{NOISE_TERMS, Term};
 pub const ALPHA: f64 = 0.01;
 
 /// P-value of homogeneity below which a common term gets a separate level in each run.
-const REFUSED: f64 = 0.01;
+const SEPARATE_P_VALUE: f64 = 0.01;
 
 /// Number of runs above which an outlier can be identified: of two runs, either may be the outlier.
-const LEAST_JUDGED: usize = 2;
+const MIN_JUDGED: usize = 2;
 
 /// Share of the gain by a separate spectrum above which one term is the cause.
-const EXPLAINS: f64 = 0.5;
+const EXPLAINED_SHARE: f64 = 0.5;
 
 /// Smallest number of runs for a comparison of a level with those of other runs.
-const LEAST_RUNS: usize = 4;
+const MIN_RUNS: usize = 4;
 
 /// Number of standard errors above which the mean ramp counts, as in a single run.
-const RAMP: f64 = 3.3;
+const MIN_RAMP_ERRORS: f64 = 3.3;
 
 /// Variation of a coefficient from run to run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +70,7 @@ pub struct JointFit {
     pub spreads: Vec<(&'static str, Spread)>,
     /// P-value of equality in all runs, for the common terms that the runs show.
     pub homogeneity: Vec<(&'static str, f64)>,
-    /// Of each run.
+    /// Result of each run.
     pub runs: Vec<RunEstimate>,
 }
 
@@ -92,9 +92,9 @@ pub struct Contribution<'a> {
 pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> JointFit {
     let jointly = |which: &[usize], common: Common| {
         let records: Vec<&Summary> = which.iter().map(|&run| runs[run].record).collect();
-        let run_estimate =
+        let standardized_curves =
             |&run: &usize| runs[run].regressors.iter().map(|curve| standardized(curve).0).collect();
-        let regressors: Vec<Vec<Vec<f64>>> = which.iter().map(run_estimate).collect();
+        let regressors: Vec<Vec<Vec<f64>>> = which.iter().map(standardized_curves).collect();
         analyse_jointly(&records, &regressors, options, common)
     };
     let all: Vec<usize> = (0..runs.len()).collect();
@@ -102,10 +102,11 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
     let p_value_of = |joint: &Joint, k: usize| {
         joint.homogeneity[k].map(|(fall, freedom)| chi2_above(fall, freedom as f64))
     };
-    // A term that differs makes others seem to differ, so these are judged with its levels in the model.
+    // A term that differs makes others seem to differ, so the others are judged again with its levels in the model.
     let (mut joint, mut shared) = (alike.clone(), common);
     loop {
-        let is_refused = |k: usize| shows(&joint, k) && p_value_of(&joint, k).is_some_and(|p| p < REFUSED);
+        let is_refused =
+            |k: usize| shows(&joint, k) && p_value_of(&joint, k).is_some_and(|p| p < SEPARATE_P_VALUE);
         let same = [0, 1, 2, 3].map(|k| shared[k] && !is_refused(k));
         if same == shared {
             break;
@@ -120,7 +121,7 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
         .filter_map(|k| p_value_of(&joint, k).map(|p_value| (Term::NOISE[k].name(), p_value)))
         .collect();
     // A run is judged against equal runs: levels would hide the run that differs.
-    let mut estimates = judged(alike, all, |which| jointly(which, common), options.level);
+    let mut estimates = judge_runs(alike, all, |which| jointly(which, common), options.level);
     for (k, run) in estimates.iter_mut().enumerate().filter(|_| shared != common) {
         run.values = run_estimate(&joint, k, options.level).values;
         run.own.retain(|(name, _)| !joint.levels.iter().any(|level| Term::NOISE[level.term].name() == *name));
@@ -182,7 +183,7 @@ fn shows(joint: &Joint, term: usize) -> bool {
 }
 
 /// Tests each run. The most outlying run is judged first, and the others without it.
-fn judged(
+fn judge_runs(
     mut joint: Joint,
     mut members: Vec<usize>,
     jointly: impl Fn(&[usize]) -> Joint,
@@ -192,7 +193,7 @@ fn judged(
     loop {
         let mut runs: Vec<RunEstimate> = (0..members.len()).map(|k| run_estimate(&joint, k, level)).collect();
         let worst = (0..runs.len()).min_by(|&a, &b| runs[a].p_value.total_cmp(&runs[b].p_value));
-        let outlier = worst.filter(|&k| !runs[k].belongs() && members.len() > LEAST_JUDGED);
+        let outlier = worst.filter(|&k| !runs[k].belongs() && members.len() > MIN_JUDGED);
         let Some(k) = outlier else {
             judged.extend(members.into_iter().zip(runs));
             judged.sort_by_key(|&(run, _)| run);
@@ -220,7 +221,7 @@ fn run_estimate(joint: &Joint, k: usize, level: f64) -> RunEstimate {
         let (name, value, factor) =
             (Term::NOISE[level_of_term.term].name(), theta.sqrt(), (0.5 * z * error).exp());
         values.push((name, Estimate { value, low: Some(value / factor), high: Some(value * factor) }));
-        if level_of_term.runs.len() >= LEAST_RUNS {
+        if level_of_term.runs.len() >= MIN_RUNS {
             tests.push((name, level_p_value(level_of_term, k)));
         }
     }
@@ -242,7 +243,7 @@ fn run_estimate(joint: &Joint, k: usize, level: f64) -> RunEstimate {
     let count = (tests.len().max(1) * joint.others.len()) as f64;
     if cause == "all" {
         let largest = falls.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
-        cause = largest.filter(|&(_, own)| own > EXPLAINS * fall).map_or(cause, |(name, _)| name);
+        cause = largest.filter(|&(_, own)| own > EXPLAINED_SHARE * fall).map_or(cause, |(name, _)| name);
     }
     RunEstimate { values, own, p_value: (count * p_value).min(1.0), cause, factor: factor(joint, k, cause) }
 }
@@ -283,7 +284,7 @@ fn ramp_of_runs(ramps: &[Drift], level: f64) -> TermEstimate {
     let (error, freedom) = (variance.sqrt(), (known.len() - 1) as f64);
     let half = error * student_quantile(freedom, 0.5 * (1.0 + level));
     let p_value = 2.0 * student_below(freedom, -value.abs() / error);
-    if value.abs() > half.max(RAMP * error) {
+    if value.abs() > half.max(MIN_RAMP_ERRORS * error) {
         return TermEstimate {
             observed: true,
             value: Some(value),

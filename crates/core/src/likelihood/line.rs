@@ -3,7 +3,7 @@
 use crate::likelihood::summary::Summary;
 
 /// Degrees of freedom of a density, over the number of independent segments (Hann, 75 % overlap).
-const FREEDOM: f64 = 4.16;
+const FREEDOM_PER_SEGMENT: f64 = 4.16;
 
 /// A line of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +24,6 @@ pub struct Line {
 
 /// Degrees of freedom of one density.
 pub(crate) fn density_freedom(record: &Summary) -> f64 {
-    let whole = FREEDOM * record.samples as f64 / record.segment as f64;
+    let whole = FREEDOM_PER_SEGMENT * record.samples as f64 / record.segment as f64;
     record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_share(1))
 }

@@ -3,26 +3,27 @@
 use crate::likelihood::fitted_model::FittedModel;
 use crate::terms::Term;
 
-/// Smallest share of the variance of the model, which holds between the crossings with the lines of the other terms.
+/// Smallest share of a term in the variance of the model. Its line has this share between its crossings with other
+/// lines.
 const MIN_VARIANCE_SHARE: f64 = 0.5;
 
 /// Share above which the line would be clearly above the curve, because of a filter.
-const FILTERED: f64 = 1.25;
+const FILTERED_SHARE: f64 = 1.25;
 
 /// Length of the record over the longest averaging time of a line, as in the paper: an error of 41 % by its eq. (26).
-const LONGEST: f64 = 4.0;
+const MIN_RECORD_RATIO: f64 = 4.0;
 
 const PER_OCTAVE: f64 = 8.0;
 
 /// Ratio of the longest to the shortest averaging time of a range.
-const SHORTEST: f64 = 2.0;
+const MIN_RANGE_RATIO: f64 = 2.0;
 
 impl FittedModel {
     /// Range of averaging times \[s\] of each term with its coefficient, between `from` and a quarter of the record; None
     /// if the term does not have half of the variance of the model over an octave.
     #[must_use]
     pub fn line_ranges(&self, terms: &[(Term, f64)], from: f64) -> Vec<Option<(f64, f64)>> {
-        let octaves = (self.samples as f64 / LONGEST).max(1.0).log2();
+        let octaves = (self.samples as f64 / MIN_RECORD_RATIO).max(1.0).log2();
         let steps = ((octaves + 1e-9) * PER_OCTAVE).ceil() as usize;
         let mut sizes: Vec<usize> =
             (0..steps).map(|k| (k as f64 / PER_OCTAVE).exp2().round_ties_even() as usize).collect();
@@ -39,7 +40,7 @@ impl FittedModel {
         let inside: Vec<bool> = part
             .iter()
             .zip(total)
-            .map(|(part, total)| (MIN_VARIANCE_SHARE..=FILTERED).contains(&(part / total)))
+            .map(|(part, total)| (MIN_VARIANCE_SHARE..=FILTERED_SHARE).contains(&(part / total)))
             .collect();
         // The longest run of sizes, by the ratio of its ends.
         let mut longest: Option<(usize, usize)> = None;
@@ -52,7 +53,7 @@ impl FittedModel {
             }
         }
         let span = longest.map(|(first, last)| (first as f64 * self.tau0, last as f64 * self.tau0));
-        span.filter(|(first, last)| *last >= SHORTEST * first)
+        span.filter(|(first, last)| *last >= MIN_RANGE_RATIO * first)
     }
 }
 
@@ -70,7 +71,7 @@ mod tests {
         let [Some(steep), Some(flat)] = ranges[..] else { panic!("{ranges:?}") };
         assert!((steep.0 - 0.01).abs() < 1e-12 && (3.0 / eighth..=3.0).contains(&steep.1));
         assert!((3.0..=3.0 * eighth).contains(&flat.0) && (500.0 / eighth..=500.0).contains(&flat.1));
-        // From 2 s, less than an octave of the first range remains; beyond the record, none of both.
+        // From 2 s, less than an octave of the first range remains; beyond the record, neither range does.
         assert_eq!(model.line_ranges(&[(Term::Quantization, 1.0)], 2.0), [None]);
         assert_eq!(
             model.line_ranges(&[(Term::Quantization, 1.0), (Term::RandomWalk, 1.0)], 1e4),

@@ -13,29 +13,29 @@ use crate::terms::NOISE_TERMS;
 const FALSE_ALARM: f64 = 1e-4;
 
 /// The foot of a line ends at two consecutive densities below the level that chance exceeds with this probability.
-const FOOT: f64 = 0.02;
+const FOOT_PROBABILITY: f64 = 0.02;
 
 /// Number of densities left out on either side of the foot.
 const MARGIN: usize = 3;
 
 /// Twice the number of neighbouring densities that share their noise (Hann).
-const SHARED: f64 = 4.16;
+const TWICE_SHARED: f64 = 4.16;
 
 /// Width of a running median in densities, and the factor by which a line must then be larger, because a median is less
 /// certain than a model.
-const RUNNING: usize = 32;
-const UNSURE: f64 = 1.1;
+const MEDIAN_WIDTH: usize = 32;
+const MEDIAN_FACTOR: f64 = 1.1;
 
 /// The same factor where a filter removes the noise.
-const BEYOND: f64 = 30.0;
+const FILTERED_FACTOR: f64 = 30.0;
 
 /// Share of a line that stronger lines explain, above which it is an image of these.
-const IMAGE: f64 = 0.3;
+const IMAGE_SHARE: f64 = 0.3;
 
 /// Share of the power of a line in five densities above which it is a steady sinusoid, and the remaining error of its
 /// frequency from the overlap of segments, in densities.
-const STEADY: f64 = 0.9;
-const ROUGH: f64 = 0.02;
+const STEADY_SHARE: f64 = 0.9;
+const FREQUENCY_ERROR: f64 = 0.02;
 
 /// Lines at frequencies where a filter leaves no noise. At its zeros medians are not a reference, so a line must be far
 /// above them.
@@ -44,29 +44,29 @@ pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
     let image =
         |k: usize| record.masked.as_ref().is_some_and(|masked| masked.repeats(k, record.segment, first));
     let mut beyond: Vec<bool> = (0..=last).map(|k| k >= first && k < last && !mask[k] && !image(k)).collect();
-    standing_above(record, &mut beyond, None, None, BEYOND)
+    standing_above(record, &mut beyond, None, None, FILTERED_FACTOR)
 }
 
-/// Lines above running medians of the density, and above `least` if given; they are removed from the mask. The medians are
-/// those of the density before a filter with the powers `filter`.
+/// Lines above running medians of the density, and above `floor` if given; they are removed from the mask. The medians
+/// are those of the density before a filter with the powers `filter`.
 pub(crate) fn above_medians(
     record: &Summary,
     mask: &mut [bool],
-    least: Option<&[f64]>,
+    floor: Option<&[f64]>,
     filter: Option<&[f64]>,
 ) -> Vec<Line> {
-    standing_above(record, mask, least, filter, UNSURE)
+    standing_above(record, mask, floor, filter, MEDIAN_FACTOR)
 }
 
 fn standing_above(
     record: &Summary,
     mask: &mut [bool],
-    least: Option<&[f64]>,
+    floor: Option<&[f64]>,
     filter: Option<&[f64]>,
     factor: f64,
 ) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
-    if first + RUNNING > last {
+    if first + MEDIAN_WIDTH > last {
         return Vec::new();
     }
     let power = |k: usize| filter.map_or(1.0, |filter| filter[k]);
@@ -76,16 +76,17 @@ fn standing_above(
     let mut centres = Vec::new();
     let mut start = 0;
     while start < density.len() {
-        let end = (start + RUNNING).min(density.len());
-        let (from, to) = (start.saturating_sub(RUNNING / 2), (end + RUNNING / 2).min(density.len()));
+        let end = (start + MEDIAN_WIDTH).min(density.len());
+        let (from, to) =
+            (start.saturating_sub(MEDIAN_WIDTH / 2), (end + MEDIAN_WIDTH / 2).min(density.len()));
         let middle = (first as f64 + 0.5 * (from + to - 1) as f64).ln();
         centres.push((middle, median(&density[from..to]).max(1e-300).ln()));
         start = end;
     }
     let mut reference: Vec<f64> =
         (first..last).map(|k| power(k) * interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
-    if let Some(least) = least {
-        reference.iter_mut().zip(&least[first..]).for_each(|(r, l)| *r = r.max(*l));
+    if let Some(floor) = floor {
+        reference.iter_mut().zip(&floor[first..]).for_each(|(r, l)| *r = r.max(*l));
     }
     standing_out(record, mask, &reference, factor)
 }
@@ -151,7 +152,7 @@ pub(crate) fn without_images(record: &Summary, mut lines: Vec<Line>) -> Vec<Line
         let power =
             |line: &Line| line.amplitude.powi(2) * masked.line_density(&stretch, line.frequency, spacing);
         let leaked: f64 = sharp.iter().map(power).sum();
-        if leaked < IMAGE * power(&line) {
+        if leaked < IMAGE_SHARE * power(&line) {
             sharp.push(line);
         }
     }
@@ -174,7 +175,7 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
     let count = reference.len();
     let ratio: Vec<f64> = reference.iter().zip(&record.density[first..]).map(|(s, p)| p / s).collect();
     let threshold = chi2_quantile_above(FALSE_ALARM / count as f64, freedom) / freedom * factor;
-    let foot = chi2_quantile_above(FOOT, freedom) / freedom;
+    let foot = chi2_quantile_above(FOOT_PROBABILITY, freedom) / freedom;
     let high = |range: std::ops::Range<usize>| range.into_iter().any(|k| ratio[k] > foot);
     let mut inside = vec![false; count];
     for i in 0..count {
@@ -205,7 +206,8 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         }
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
-        let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
+        let variance: f64 =
+            (start..k).map(|j| record.density[first + j].powi(2) * TWICE_SHARED / freedom).sum();
         // Because of missing samples, the rest of its power leaks to other frequencies.
         let captured = record.masked.as_ref().map_or(1.0, |masked| {
             let mean =
@@ -247,7 +249,7 @@ fn frequency_of(
     let lobe: f64 = (peak.saturating_sub(2).max(start)..=(peak + 2).min(end)).map(above).sum();
     let at = record.frequency(first + peak);
     let width = (end - start) as f64 * spacing;
-    if lobe < STEADY * power || peak == start || peak == end || above(peak) <= 0.0 {
+    if lobe < STEADY_SHARE * power || peak == start || peak == end || above(peak) <= 0.0 {
         return (at, 0.25 * width);
     }
     let side = |k: usize| (above(k) / above(peak)).sqrt();
@@ -255,5 +257,5 @@ fn frequency_of(
     let (lower, higher) = (side(peak - 1), side(peak + 1));
     let between = if higher > lower { offset(higher) } else { -offset(lower) };
     let noise = (reference[peak] / (above(peak) * density_freedom(record))).sqrt();
-    (at + between * spacing, spacing * noise.max(ROUGH))
+    (at + between * spacing, spacing * noise.max(FREQUENCY_ERROR))
 }

@@ -7,7 +7,7 @@ use crate::likelihood::lines::interpolated;
 use crate::terms::{self, NOISE_TERMS, Term};
 
 /// Largest number of cluster sizes with exact degrees of freedom; others are interpolated.
-const MOST_EXACT: usize = 100;
+const MAX_EXACT: usize = 100;
 
 impl FittedModel {
     /// Degrees of freedom 2 E²/Var of the Allan variances of the terms, processes and lines; None for a model without
@@ -30,7 +30,7 @@ impl FittedModel {
         let mut grid = sizes.to_vec();
         grid.sort_unstable();
         grid.dedup();
-        if grid.len() > MOST_EXACT {
+        if grid.len() > MAX_EXACT {
             grid = thinned(&grid);
         }
         let exact = self.freedom_at(&grid, theta)?;
@@ -84,8 +84,8 @@ fn density(theta: [f64; NOISE_TERMS], frequency: f64) -> f64 {
 /// Sizes whose ranks are in a geometric series, from the first to the last.
 fn thinned(sizes: &[usize]) -> Vec<usize> {
     let last = (sizes.len() as f64).ln();
-    let rank = |k: usize| (last * k as f64 / (MOST_EXACT - 1) as f64).exp().round_ties_even() as usize;
-    let mut ranks: Vec<usize> = (0..MOST_EXACT).map(rank).collect();
+    let rank = |k: usize| (last * k as f64 / (MAX_EXACT - 1) as f64).exp().round_ties_even() as usize;
+    let mut ranks: Vec<usize> = (0..MAX_EXACT).map(rank).collect();
     ranks.dedup();
     ranks.into_iter().map(|rank| sizes[rank.clamp(1, sizes.len()) - 1]).collect()
 }

@@ -11,7 +11,7 @@ impl Summary {
         if self.masked.is_some() {
             return self.modes_of(&self.centres());
         }
-        self.closed(|k, theta| {
+        self.modes_in_closed_form(|k, theta| {
             let odd = if k % 2 == 0 { 0.0 } else { 2.0 };
             -odd * self.block_length() * (0.5 * theta).cos() / (4.0 * (0.5 * theta).sin().powi(2))
         })
@@ -25,9 +25,9 @@ impl Summary {
         }
         let step = self.block_length() / time;
         let (p, lost) = ((-step).exp(), -(-step).exp_m1());
-        let left = (-step * self.blocks as f64).exp();
-        self.closed(|k, theta| {
-            let end = if k % 2 == 0 { left } else { -left };
+        let remainder = (-step * self.blocks as f64).exp();
+        self.modes_in_closed_form(|k, theta| {
+            let end = if k % 2 == 0 { remainder } else { -remainder };
             let sine = (0.5 * theta).sin();
             p.sqrt() * (1.0 - end) * lost * (0.5 * theta).cos() / (lost * lost + 4.0 * p * sine * sine)
         })
@@ -58,24 +58,24 @@ impl Summary {
         // Σ cos(ω(i + ½ − m/2)) cos θ(i + ½) is 0 for odd numbers, the sum for the sine is 0 for even ones.
         let scale = (2.0 / m * self.block_length()).sqrt();
         let (half, end) = (0.5 * step, 0.5 * step * m);
-        let mut both = [vec![0.0; modes.len()], vec![0.0; modes.len()]];
+        let mut cosine_and_sine = [vec![0.0; modes.len()], vec![0.0; modes.len()]];
         for (i, k) in modes.iter().map(|k| k + 1).enumerate() {
             let middle = 0.5 * PI * k as f64 / m;
-            let apart = half - middle;
+            let difference = half - middle;
             let sine = if k % 2 == 0 { end.sin() } else { end.cos() };
-            let sum = if (apart * m).abs() < 1e-6 {
+            let sum = if (difference * m).abs() < 1e-6 {
                 let sign = if (k / 2) % 2 == 0 { 1.0 } else { -1.0 };
                 0.5 * m * sign * if k % 2 == 0 { 1.0 } else { -1.0 }
             } else {
-                sine * half.sin() * middle.cos() / ((half + middle).sin() * apart.sin())
+                sine * half.sin() * middle.cos() / ((half + middle).sin() * difference.sin())
             };
-            both[k % 2][i] = scale * sum;
+            cosine_and_sine[k % 2][i] = scale * sum;
         }
-        both
+        cosine_and_sine
     }
 
-    /// Modes from a closed sum of a curve times cos θ(i + ½).
-    fn closed(&self, sum: impl Fn(usize, f64) -> f64) -> Vec<f64> {
+    /// Modes from the sum of a curve times cos θ(i + ½) in closed form.
+    fn modes_in_closed_form(&self, sum: impl Fn(usize, f64) -> f64) -> Vec<f64> {
         let m = self.blocks as f64;
         let scale = (2.0 / m * self.block_length()).sqrt();
         (1..=self.modes.len()).map(|k| scale * sum(k, PI * k as f64 / m)).collect()
@@ -85,7 +85,7 @@ impl Summary {
     #[must_use]
     pub fn modes_of(&self, curve: &[f64]) -> Vec<f64> {
         if let Some(masked) = &self.masked {
-            return masked.string.of(curve);
+            return masked.string.modes_of(curve);
         }
         let mut modes = cosine_modes(curve, self.modes.len());
         let root = self.block_length().sqrt();

@@ -12,10 +12,10 @@ use crate::terms::Term;
 /// Largest rise of the deviance without quantization noise that counts as chance: one standard error. Other noise of the
 /// same density, such as jitter of the time stamps, needs no step; noise that is more likely present than absent remains in
 /// the model.
-const CHANCE: f64 = 1.0;
+const RISE_BY_CHANCE: f64 = 1.0;
 
-/// Share of its standard error by which the largest quantization noise may reduce the random walk.
-const LITTLE: f64 = 0.5;
+/// Largest reduction of the random walk by the largest quantization noise, in standard errors of the random walk.
+const MAX_REDUCTION: f64 = 0.5;
 
 /// A fit without quantization noise.
 pub(crate) struct Bare {
@@ -23,7 +23,7 @@ pub(crate) struct Bare {
     /// The part that was removed.
     pub removed: usize,
     /// Reduction of N² by the largest quantization noise.
-    pub less: f64,
+    pub reduction: f64,
 }
 
 /// The fit without quantization noise, if the record does not show any and the step of its samples allows only little;
@@ -33,10 +33,10 @@ pub(crate) fn without_quantization(fit: &Fit, bins: &Bins, most: f64) -> Option<
     let walk = fit.model.index(Term::RandomWalk).filter(|_| squares(fit)[Term::RandomWalk.index()] > 0.0)?;
     let (information, _) = fit.information(bins);
     let walk_information = information.get(walk, walk);
-    let less = most * information.get(removed, walk) / walk_information;
-    if less > LITTLE / walk_information.sqrt() {
+    let reduction = most * information.get(removed, walk) / walk_information;
+    if reduction > MAX_REDUCTION / walk_information.sqrt() {
         return None;
     }
     let (loss, bare) = fit.removal_loss(removed, bins);
-    (loss <= CHANCE).then_some(Bare { fit: bare, removed, less })
+    (loss <= RISE_BY_CHANCE).then_some(Bare { fit: bare, removed, reduction })
 }

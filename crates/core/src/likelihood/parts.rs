@@ -7,14 +7,14 @@ use crate::likelihood::outcome::{Outcome, Process};
 use crate::terms::{NOISE_TERMS, Term};
 
 /// Largest number of lines; the strongest ones are kept, because a periodic record has thousands.
-pub const MOST_LINES: usize = 100;
+pub const MAX_LINES: usize = 100;
 
 /// Largest number of lines whose errors are in the covariance; the strongest ones are included, because a machine causes
 /// hundreds.
 const LINES_WITH_ERRORS: usize = 8;
 
 /// Largest ratio of the half width of the interval of an amplitude to the amplitude.
-const WIDEST: f64 = 0.999;
+const MAX_HALF_WIDTH: f64 = 0.999;
 
 /// Relative rounding of a width at its lower limit.
 const ROUNDING: f64 = 1e-9;
@@ -63,14 +63,14 @@ impl Parts {
     /// filter.
     pub(crate) fn of(outcome: &Outcome, filter: Option<&FittedFilter>, level: f64) -> Self {
         let left_out = outcome.lines.iter().filter(|line| line.amplitude > 0.0).map(|line| {
-            let half = (quantile(level) * line.error).min(WIDEST * line.amplitude);
+            let half = (quantile(level) * line.error).min(MAX_HALF_WIDTH * line.amplitude);
             let frequency = Estimate { value: line.frequency, low: Some(line.from), high: Some(line.to) };
             let line_estimate = LineEstimate { amplitude: Estimate::around(line.amplitude, half), frequency };
             (line_estimate, Some([line.error, line.frequency_error]))
         });
         let followed = outcome.slow_lines.iter().map(|line| {
-            let half = (quantile(level) * line.amplitude_error).min(WIDEST * line.amplitude);
-            let apart = (quantile(level) * line.frequency_error).min(WIDEST * line.frequency);
+            let half = (quantile(level) * line.amplitude_error).min(MAX_HALF_WIDTH * line.amplitude);
+            let apart = (quantile(level) * line.frequency_error).min(MAX_HALF_WIDTH * line.frequency);
             let line_estimate = LineEstimate {
                 amplitude: Estimate::around(line.amplitude, half),
                 frequency: Estimate::around(line.frequency, apart),
@@ -100,7 +100,7 @@ impl Parts {
             }
         }
         lines.sort_by(|(a, _), (b, _)| b.amplitude.value.total_cmp(&a.amplitude.value));
-        lines.truncate(MOST_LINES);
+        lines.truncate(MAX_LINES);
         (parts.sinusoid, parts.errors_of_lines) = lines.into_iter().unzip();
         parts
     }

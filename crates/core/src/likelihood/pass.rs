@@ -4,10 +4,10 @@
 //! frequencies by Welch's periodogram with Hann's taper. The record is mirrored by half a segment at both ends, so that its
 //! ends count like the rest.
 
-use crate::error::{Error, room};
+use crate::error::{Error, check_memory};
 use crate::finite::first_beyond;
 use crate::likelihood::modes::{cosine_modes, sine_modes};
-use crate::likelihood::summary::{LEAST_SAMPLES, MODES, Summary};
+use crate::likelihood::summary::{MIN_SAMPLES, MODES, Summary};
 use crate::likelihood::taper::PARTS;
 use crate::likelihood::taper::{hann, smooth};
 use crate::phase::LARGEST_RATE;
@@ -16,7 +16,8 @@ use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Smallest number of blocks of a record that has as many samples. The rate of the blocks is far above the used modes.
+/// Smallest number of blocks; a record with fewer samples has one block per sample. The rate of the blocks is far above
+/// the used modes.
 /// With block means alone, quantization noise would fold onto the modes, with the density of a phase that has one
 /// sample per block: for 2²⁰ samples of a navigation-grade gyro, the standard deviation of N was 1.6 times the bound.
 /// With first moments too, the modes equal those of the samples to 3·10⁻⁴ of their amplitude.
@@ -28,21 +29,21 @@ const COARSE_BLOCKS: usize = 16_384;
 /// Longest block, also of coarse blocks: segments then have 2²⁰ samples, and the memory of a pass is bounded. \[samples\]
 const LONGEST_BLOCK: usize = 1024;
 
-/// Ratio of the lengths of a segment and a coarse block.
-const SEGMENT: usize = 1024;
+/// Length of a segment in coarse blocks.
+const COARSE_BLOCKS_PER_SEGMENT: usize = 1024;
 
 /// Number of segments that begin within the length of a segment: segments overlap by three quarters.
 const STEPS: usize = 4;
 
 /// Longest record that is described by all its modes, up to half the sampling rate. The periodogram of a few segments loses
 /// information at the ends: up to a quarter of a standard error. \[samples\]
-const SHORT: usize = 4 * SEGMENT;
+const MAX_SHORT: usize = 4 * COARSE_BLOCKS_PER_SEGMENT;
 
 /// Number of values that a pass stores per sample of a segment: spectra by part, windows, buffers of the transform.
-const NUMBERS: usize = 20;
+const NUMBERS_PER_SAMPLE: usize = 20;
 
 /// Further memory of a pass and of the subsequent analysis. \[bytes\]
-const REST: usize = 32 << 20;
+const OTHER_BYTES: usize = 32 << 20;
 
 impl Summary {
     /// The summary of a whole record.
@@ -119,18 +120,22 @@ impl Pass {
     ///
     /// # Errors
     ///
-    /// [`Error::TooShort`] below [`LEAST_SAMPLES`], [`Error::Parameter`] for an interval that is not positive.
+    /// [`Error::TooShort`] below [`MIN_SAMPLES`], [`Error::Parameter`] for an interval that is not positive.
     pub fn new(samples: usize, tau0: f64) -> Result<Self, Error> {
-        if samples < LEAST_SAMPLES {
-            return Err(Error::TooShort { need: LEAST_SAMPLES, got: samples });
+        if samples < MIN_SAMPLES {
+            return Err(Error::TooShort { need: MIN_SAMPLES, got: samples });
         }
         if !(tau0 > 0.0 && tau0.is_finite()) {
             return Err(Error::Parameter { name: "tau0", value: tau0 });
         }
         let block = (samples / BLOCKS).clamp(1, LONGEST_BLOCK);
         let coarse = coarse_block(samples);
-        let segment = if SEGMENT * coarse <= samples / 4 { smooth(SEGMENT * coarse) } else { samples / 4 };
-        room(NUMBERS * segment * size_of::<f64>() + REST)?;
+        let segment = if COARSE_BLOCKS_PER_SEGMENT * coarse <= samples / 4 {
+            smooth(COARSE_BLOCKS_PER_SEGMENT * coarse)
+        } else {
+            samples / 4
+        };
+        check_memory(NUMBERS_PER_SAMPLE * segment * size_of::<f64>() + OTHER_BYTES)?;
         let plan = Plan::of(segment);
         let (output, scratch) = (plan.transform.make_output_vec(), plan.transform.make_scratch_vec());
         Ok(Self {
@@ -315,7 +320,7 @@ impl Pass {
         let steps = (self.samples - 1) as f64;
         let (second, fourth) = (self.squares / steps, self.fourths / steps);
         let root = (self.block as f64 * self.tau0).sqrt();
-        let count = if self.samples <= SHORT {
+        let count = if self.samples <= MAX_SHORT {
             self.samples - 1
         } else {
             self.samples / coarse_block(self.samples) / MODES

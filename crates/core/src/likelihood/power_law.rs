@@ -12,10 +12,10 @@ use std::f64::consts::{LN_10, PI};
 const IN_DECADE: i32 = 2;
 
 /// Longest correlation time over the length of the record; slower processes are a random walk.
-const LONGEST: f64 = 30.0;
+const MAX_TIME_RATIO: f64 = 30.0;
 
 /// Correlation time over that of the slowest process above which a process represents a random walk.
-const SLOWER: f64 = 3.0;
+const WALK_TIME_RATIO: f64 = 3.0;
 
 /// Range of exponents: below, the noise is white; above, it is a random walk.
 pub(crate) const EXPONENTS: (f64, f64) = (0.3, 1.9);
@@ -36,7 +36,7 @@ impl Mixture {
         let step = LN_10 / f64::from(IN_DECADE);
         let weight = (2.0 * PI * pivot).powf(exponent - 1.0) * (0.5 * PI * exponent).sin() / PI * step;
         let ratio = step.exp();
-        let count = ((LONGEST * duration / (2.0 * tau0)).ln() / step).ceil().max(1.0) as i32;
+        let count = ((MAX_TIME_RATIO * duration / (2.0 * tau0)).ln() / step).ceil().max(1.0) as i32;
         let first = 2.0 * tau0;
         let at = |j: i32| {
             let time = first * ratio.powi(j);
@@ -52,7 +52,7 @@ impl Mixture {
 
     /// All processes; the last one represents the slowest ones, which are a random walk over the record.
     pub(crate) fn processes(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        let slowest = self.processes.last().map(|(_, time)| SLOWER * time);
+        let slowest = self.processes.last().map(|(_, time)| WALK_TIME_RATIO * time);
         let walk = slowest.map(|time| (0.5 * self.walk * time, time));
         self.processes.iter().copied().chain(walk)
     }

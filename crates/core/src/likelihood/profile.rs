@@ -7,7 +7,7 @@ use crate::likelihood::fit::{Fit, time_limits};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::{Model, Shape};
 
-/// Number of standard errors from 0 above which a term is certain, without a fit that lacks it.
+/// Number of standard errors from 0 above which a term is certain, so that no fit without it is needed.
 const BEYOND_DOUBT: f64 = 8.0;
 
 const STEPS: usize = 25;
@@ -47,8 +47,8 @@ pub struct Bounds {
 
 impl Bounds {
     /// The standard error that corresponds to the lower part of the interval.
-    pub(crate) fn error_below(self, at: Thresholds) -> f64 {
-        (self.value - self.low) / at.interval.sqrt()
+    pub(crate) fn error_below(self, thresholds: Thresholds) -> f64 {
+        (self.value - self.low) / thresholds.interval.sqrt()
     }
 
     /// The interval with another value, extended to include it.
@@ -58,7 +58,7 @@ impl Bounds {
 }
 
 /// The interval of the parameter of a part.
-pub(crate) fn part_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bounds {
+pub(crate) fn part_bounds(fit: &Fit, bins: &Bins, part: usize, thresholds: Thresholds) -> Bounds {
     let value = fit.model.theta[part];
     let (information, _) = fit.information(bins);
     let error = information.pseudo_inverse().get(part, part).max(1e-300).sqrt();
@@ -69,33 +69,33 @@ pub(crate) fn part_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -
     } else {
         0.0
     };
-    let observed = value > 0.0 && loss > at.observed;
+    let observed = value > 0.0 && loss > thresholds.observed;
     let hold = |model: &mut Model, x: f64| {
         model.theta[part] = x;
         model.held = Some(part);
     };
     // The error of the mean of a term that differs from run to run follows Student's t.
     let target = match fit.model.level(fit.model.parts[part]) {
-        Some(level) => student_of(at.interval, level.logs.len()),
-        None => at.interval.sqrt(),
+        Some(level) => student_of(thresholds.interval, level.logs.len()),
+        None => thresholds.interval.sqrt(),
     };
     let step = error * target;
     let search = Search { fit, bins, target, nearness: None, hold: &hold };
     let high = if information.get(part, part) > 0.0 { search.up(value, step) } else { f64::INFINITY };
-    let search = Search { nearness: Some((error, at.observed.sqrt())), ..search };
+    let search = Search { nearness: Some((error, thresholds.observed.sqrt())), ..search };
     let low = if observed { search.down(value, step, loss) } else { 0.0 };
     Bounds { value, low, high, observed, loss }
 }
 
 /// The interval of the correlation time of a Gauss-Markov process, within the limits of such times.
-pub(crate) fn time_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<Bounds> {
+pub(crate) fn time_bounds(fit: &Fit, bins: &Bins, part: usize, thresholds: Thresholds) -> Option<Bounds> {
     let Part::GaussMarkov { time } = fit.model.parts[part] else { return None };
     let (shortest, longest) = time_limits(bins);
     let hold = |model: &mut Model, x: f64| {
         model.parts[part] = Part::GaussMarkov { time: x.exp() };
         model.held_shape = Some((part, Shape::Time));
     };
-    let target = at.interval.sqrt();
+    let target = thresholds.interval.sqrt();
     let search = Search { fit, bins, target, nearness: None, hold: &hold };
     let step = 0.2;
     let high = search.until(time.ln(), step, longest.ln()).exp();
@@ -104,9 +104,14 @@ pub(crate) fn time_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -
 }
 
 /// The interval of the centre and of the half width of a resonance.
-pub(crate) fn resonance_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<[Bounds; 2]> {
+pub(crate) fn resonance_bounds(
+    fit: &Fit,
+    bins: &Bins,
+    part: usize,
+    thresholds: Thresholds,
+) -> Option<[Bounds; 2]> {
     let Part::Resonance { frequency, width } = fit.model.parts[part] else { return None };
-    let target = at.interval.sqrt();
+    let target = thresholds.interval.sqrt();
     let centre = |model: &mut Model, x: f64| {
         if let Part::Resonance { width, .. } = model.parts[part] {
             let width = width.max(bins.least_width(x.exp()));
@@ -243,7 +248,7 @@ impl Search<'_, '_> {
 }
 
 /// The fit without unneeded terms of a list, which are dropped one by one.
-pub(crate) fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Thresholds) -> Fit {
+pub(crate) fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, thresholds: Thresholds) -> Fit {
     let mut reduced = fit.clone();
     while !open.is_empty() && reduced.model.parts.len() > 1 {
         let loss = |part: &Part| {
@@ -254,7 +259,7 @@ pub(crate) fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Threshold
         };
         let least = open.iter().filter_map(loss).min_by(|a, b| a.0.total_cmp(&b.0));
         match least {
-            Some((loss, part, without)) if loss <= at.observed => {
+            Some((loss, part, without)) if loss <= thresholds.observed => {
                 reduced = without;
                 open.retain(|&p| p != part);
             }

@@ -16,7 +16,12 @@ const LEFT_OUT: f64 = 1e-6;
 /// Joins the intervals of terms with those of a fit without resonances that leaves out the bins in which resonances are
 /// visible. A peak of another shape lacks the skirts of a resonance: with a line that drifts over 3 Hz, the white noise was
 /// 1.5 % too small, and quantization noise filled the difference.
-pub(crate) fn join_without_resonances(terms: &mut [Bounds], plain: &Fit, bins: &Bins, at: Thresholds) {
+pub(crate) fn join_without_resonances(
+    terms: &mut [Bounds],
+    plain: &Fit,
+    bins: &Bins,
+    thresholds: Thresholds,
+) {
     if !bins.runs.is_empty() {
         return; // the shape of a resonance is certain if several runs share it
     }
@@ -36,7 +41,7 @@ pub(crate) fn join_without_resonances(terms: &mut [Bounds], plain: &Fit, bins: &
     let (fit, outside, _) = widened(&bare.refit(&outside, 40, TOLERANCE, plain), &outside);
     for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
         let Some(k) = fit.model.index(*part) else { continue };
-        let joined = part_bounds(&fit, &outside, k, at);
+        let joined = part_bounds(&fit, &outside, k, thresholds);
         terms[j].low = terms[j].low.min(joined.low);
         terms[j].high = terms[j].high.max(joined.high);
     }

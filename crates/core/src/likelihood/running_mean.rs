@@ -11,7 +11,7 @@ use crate::likelihood::summary::Summary;
 const LENGTHS: std::ops::RangeInclusive<u32> = 3..=200;
 
 /// Smallest distance of two zeros in densities: Hann's taper hides a narrower lobe.
-const LEAST_LOBE: f64 = 8.0;
+const MIN_LOBE: f64 = 8.0;
 
 /// Numbers of densities on either side of a zero that are not compared, and not fitted, because the taper fills the zero.
 /// The second number is at least a share of the distance of the zeros, at which |H|² is 2 % of the lobe, because the
@@ -21,7 +21,7 @@ const NOT_FITTED: f64 = 3.0;
 const SHARE_NOT_FITTED: f64 = 0.05;
 
 /// Largest ratio of the density at the first zero to that in the middle of the main lobe.
-const EMPTY: f64 = 0.05;
+const MAX_RATIO_AT_ZERO: f64 = 0.05;
 
 /// The first side lobe without its edges, in distances of zeros; smallest ratio of its density to that of the adjacent
 /// zeros.
@@ -36,18 +36,18 @@ const COMPARED_FROM: f64 = 10.0;
 const FITTED_FROM: f64 = 30.0;
 
 /// Smallest number of densities that are compared.
-const FEWEST_COMPARED: usize = 16;
+const MIN_COMPARED: usize = 16;
 
 /// Largest scatter of the logarithm of the density about the shape: a multiple of chance, plus a constant. The median of
 /// some 100 densities that share their noise is 1.3 times chance once in 3000 records.
 const TIMES_CHANCE: f64 = 1.3;
-const ALIKE: f64 = 0.1;
+const ADDED_SCATTER: f64 = 0.1;
 
 /// Standard deviation of normal deviates over the median of their magnitudes.
 const SIGMA_PER_MEDIAN: f64 = 1.4826;
 
 /// Frequency, over the distance of densities, that replaces 0.
-const TINY: f64 = 1e-6;
+const LOWEST_FREQUENCY: f64 = 1e-6;
 
 /// A mean of the last samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,7 +137,7 @@ impl RunningMean {
             .filter(|&k| to_zero(k, spacing) > AT_ZERO && level * powers[k] > COMPARED_FROM * floor)
             .map(|k| (density[k] / (level * powers[k] + floor)).ln())
             .collect();
-        if ratios.len() < FEWEST_COMPARED {
+        if ratios.len() < MIN_COMPARED {
             return None;
         }
         // The main lobe of a long mean contains few densities, so that its level is uncertain.
@@ -146,7 +146,7 @@ impl RunningMean {
             SIGMA_PER_MEDIAN * median(&ratios.iter().map(|x| (x - off).abs()).collect::<Vec<f64>>());
         let chance = (2.0 / density_freedom(record)).sqrt();
         let floor = floor / (level * off.exp());
-        (scatter < TIMES_CHANCE * chance + ALIKE).then_some(Comparison { mean: self, floor, scatter })
+        (scatter < TIMES_CHANCE * chance + ADDED_SCATTER).then_some(Comparison { mean: self, floor, scatter })
     }
 
     /// Distance of the zeros of the periodogram, in densities.
@@ -157,7 +157,7 @@ impl RunningMean {
 
 /// |H|² for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
 pub(crate) fn tapered(power: impl Fn(f64) -> f64, f: f64, spacing: f64) -> f64 {
-    let power = |f: f64| power(f.abs().max(TINY * spacing));
+    let power = |f: f64| power(f.abs().max(LOWEST_FREQUENCY * spacing));
     power(f) * 2.0 / 3.0 + (power(f - spacing) + power(f + spacing)) / 6.0
 }
 
@@ -166,13 +166,13 @@ impl Candidate {
     fn of(record: &Summary, mean: RunningMean) -> Option<Self> {
         let spacing = mean.spacing(record);
         let (density, last) = (&record.density, record.density.len() - 1);
-        if spacing < LEAST_LOBE {
+        if spacing < MIN_LOBE {
             return None;
         }
         let at = |lobes: f64| ((lobes * spacing).round() as usize).min(last);
         let neighbours = |k: usize| &density[k - 1..=(k + 1).min(last)];
         let at_zero = |m: usize| neighbours(at(m as f64)).iter().copied().fold(f64::INFINITY, f64::min);
-        if at_zero(1) > EMPTY * median(neighbours(at(0.5))) {
+        if at_zero(1) > MAX_RATIO_AT_ZERO * median(neighbours(at(0.5))) {
             return None;
         }
         let count = (last as f64 / spacing).floor() as usize;

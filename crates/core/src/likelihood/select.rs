@@ -1,7 +1,7 @@
 //! Selection of the parts of a model, each of which has a price in deviance.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::bins::{Bins, MOST_FILTER};
+use crate::likelihood::bins::{Bins, MAX_FILTER};
 use crate::likelihood::candidates::{Dictionary, Scores};
 use crate::likelihood::exchange::{REPLACED, beside, best};
 use crate::likelihood::expected::Part;
@@ -12,27 +12,27 @@ use crate::likelihood::slow_lines::{add_lines, prices, without_idle_lines};
 use crate::terms::Term;
 use std::f64::consts::PI;
 
-/// Prices, the smallest reductions of the deviance, for quantization noise, a coefficient of the filter (and the first), a
-/// Gauss-Markov process and a resonance; then, while the model is not adequate, for a process, a resonance and a
-/// coefficient.
-const QUANTIZATION: f64 = 4.0;
-const COEFFICIENT: f64 = 6.0;
-const FILTER: f64 = 4.0;
-const PROCESS: f64 = 14.0;
-const RESONANCE: f64 = 20.0;
+/// Prices, the smallest reductions of the deviance, for quantization noise, a coefficient of a filter, the filter
+/// itself, a Gauss-Markov process and a resonance; then, while the model is not adequate, for a process, a resonance
+/// and a coefficient.
+const PRICE_OF_QUANTIZATION: f64 = 4.0;
+const PRICE_OF_COEFFICIENT: f64 = 6.0;
+const PRICE_OF_FILTER: f64 = 4.0;
+const PRICE_OF_PROCESS: f64 = 14.0;
+const PRICE_OF_RESONANCE: f64 = 20.0;
 const PROCESS_IF_MISFIT: f64 = 9.0;
 const RESONANCE_IF_MISFIT: f64 = 13.0;
 const COEFFICIENT_IF_MISFIT: f64 = 3.0;
 
 /// Rise of the deviance without a term above which the term is certain, reduction of the price of a process per certain
 /// term that it replaces, and smallest price of a process.
-const SURELY: f64 = 6.6;
-const EXCHANGED: f64 = 7.0;
-const LEAST_PRICE: f64 = 2.0;
+const CERTAIN_RISE: f64 = 6.6;
+const PRICE_REDUCTION: f64 = 7.0;
+const MIN_PRICE: f64 = 2.0;
 
 /// Reduction of the deviance above which a resonance below its price is an alternative explanation, and a process is stated
 /// as one.
-pub(crate) const ALIKE: f64 = 6.0;
+pub(crate) const ALTERNATIVE_REDUCTION: f64 = 6.0;
 
 /// The same for a process that is joined, at the prices of `intervals`: a full fit gains much more than its first step.
 const PROCESS_ALIKE: f64 = 0.2;
@@ -45,11 +45,11 @@ const OTHER_ORDERS: usize = 2;
 const ALIKE_FILTER: f64 = 4.0;
 
 /// P-value below which the selection continues.
-pub(crate) const GOOD: f64 = 0.02;
+pub(crate) const SELECTED_P_VALUE: f64 = 0.02;
 
 /// Largest numbers of processes and resonances, and of steps of the selection.
-const MOST_EXTRA: usize = 4;
-const MOST_STEPS: usize = 14;
+const MAX_EXTRA: usize = 4;
+const MAX_STEPS: usize = 14;
 
 /// Share of quantization noise in the density at a twentieth of the rate, above which it remains when a filter is added.
 const BESIDE_FILTER: f64 = 0.2;
@@ -105,7 +105,7 @@ pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
     }
     let dictionary = Dictionary::new(bins);
     let mut refused = Refused::default();
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let Some((next, addition)) = best_addition(&fit, bins, &dictionary, allowed, &mut refused) else {
             break;
         };
@@ -130,7 +130,7 @@ fn with_filter(fit: Fit, bins: &Bins) -> Fit {
         model.filter = last.as_ref().map_or_else(Vec::new, |fit: &Fit| fit.model.filter.clone());
         model.filter.push(0.0);
         let tried = model.fit(bins);
-        let gain = fit.deviance - tried.deviance - COEFFICIENT * count as f64 - FILTER;
+        let gain = fit.deviance - tried.deviance - PRICE_OF_COEFFICIENT * count as f64 - PRICE_OF_FILTER;
         if gain > best.as_ref().map_or(0.0, |b| b.0) {
             best = Some((gain, tried.clone()));
         }
@@ -145,7 +145,11 @@ fn with_filter(fit: Fit, bins: &Bins) -> Fit {
 }
 
 fn price_of_filter(model: &Model) -> f64 {
-    if model.filter.is_empty() { 0.0 } else { FILTER + COEFFICIENT * model.filter.len() as f64 }
+    if model.filter.is_empty() {
+        0.0
+    } else {
+        PRICE_OF_FILTER + PRICE_OF_COEFFICIENT * model.filter.len() as f64
+    }
 }
 
 /// The model to which a filter is added, without quantization noise if its share is small.
@@ -157,8 +161,8 @@ fn beside_filter(fit: &Fit, bins: &Bins) -> Model {
 }
 
 fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
-    const FREQUENCY: f64 = 0.05; // relative to the sampling rate
-    let wanted = FREQUENCY / bins.record.tau0;
+    const COMPARED_FREQUENCY: f64 = 0.05; // relative to the sampling rate
+    let wanted = COMPARED_FREQUENCY / bins.record.tau0;
     let distance = |i: usize| (bins.frequency[i] - wanted).abs();
     let Some(bin) = (0..bins.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
     fit.model.theta[part] * bins.unit(Term::Quantization)[bin] / fit.spectrum[bin]
@@ -189,9 +193,9 @@ pub(crate) fn select_with_lines<'a>(start: &Fit, bins: Bins<'a>, allowed: Allowe
 /// The deviance of a model with the prices of its parts.
 pub(crate) fn cost(fit: &Fit) -> f64 {
     let price = |(part, &theta): (&Part, &f64)| match part {
-        Part::GaussMarkov { .. } => PROCESS,
-        Part::Resonance { .. } => RESONANCE,
-        Part::Term(Term::Quantization) if theta > 0.0 => QUANTIZATION,
+        Part::GaussMarkov { .. } => PRICE_OF_PROCESS,
+        Part::Resonance { .. } => PRICE_OF_RESONANCE,
+        Part::Term(Term::Quantization) if theta > 0.0 => PRICE_OF_QUANTIZATION,
         _ => 0.0,
     };
     let of_parts: f64 = fit.model.parts.iter().zip(&fit.model.theta).map(price).sum();
@@ -213,7 +217,7 @@ fn with_process(fit: Fit, bins: &Bins) -> Fit {
             continue;
         }
         let exchanged = replaced.iter().filter(|&&part| is_needed(&fit, part, bins)).count();
-        let price = (PROCESS - EXCHANGED * exchanged as f64).max(LEAST_PRICE);
+        let price = (PRICE_OF_PROCESS - PRICE_REDUCTION * exchanged as f64).max(MIN_PRICE);
         let worth = fit.deviance - found.deviance - price;
         if worth > chosen.as_ref().map_or(0.0, |(most, _)| *most) {
             chosen = Some((worth, found));
@@ -224,7 +228,9 @@ fn with_process(fit: Fit, bins: &Bins) -> Fit {
 
 /// Whether a term is certainly present.
 pub(crate) fn is_needed(fit: &Fit, term: Part, bins: &Bins) -> bool {
-    fit.model.index(term).is_some_and(|j| fit.model.theta[j] > 0.0 && fit.removal_loss(j, bins).0 > SURELY)
+    fit.model
+        .index(term)
+        .is_some_and(|j| fit.model.theta[j] > 0.0 && fit.removal_loss(j, bins).0 > CERTAIN_RISE)
 }
 
 fn smallest_ratio(fit: &Fit, unit: &[f64]) -> f64 {
@@ -239,16 +245,16 @@ fn best_addition(
     allowed: Allowed,
     refused: &mut Refused,
 ) -> Option<(Fit, Addition)> {
-    let misfit = adequacy(fit, bins).p_value < GOOD;
-    let process = if misfit { PROCESS_IF_MISFIT } else { PROCESS };
-    let resonance = if misfit { RESONANCE_IF_MISFIT } else { RESONANCE };
+    let misfit = adequacy(fit, bins).p_value < SELECTED_P_VALUE;
+    let process = if misfit { PROCESS_IF_MISFIT } else { PRICE_OF_PROCESS };
+    let resonance = if misfit { RESONANCE_IF_MISFIT } else { PRICE_OF_RESONANCE };
     let beyond = |count: usize| (count - fit.model.filter.len()) as f64;
     let price = |addition: Addition| match addition {
-        Addition::Quantization => QUANTIZATION,
+        Addition::Quantization => PRICE_OF_QUANTIZATION,
         Addition::Filter(count) if misfit && !fit.model.filter.is_empty() => {
             COEFFICIENT_IF_MISFIT * beyond(count)
         }
-        Addition::Filter(count) => COEFFICIENT * beyond(count) + FILTER,
+        Addition::Filter(count) => PRICE_OF_COEFFICIENT * beyond(count) + PRICE_OF_FILTER,
         Addition::Process(_) => process,
         Addition::Resonance(_) => resonance,
     };
@@ -261,13 +267,13 @@ fn best_addition(
     }
     let present = fit.model.filter.len();
     if allowed.filter && fit.model.family.is_none() {
-        for count in present + 1..=(present + FILTER_TRIES).min(MOST_FILTER) {
+        for count in present + 1..=(present + FILTER_TRIES).min(MAX_FILTER) {
             if !refused.filters.contains(&count) {
                 worth.push((scores.gain_of_filter(fit, bins, count), Addition::Filter(count)));
             }
         }
     }
-    if extra(&fit.model) < MOST_EXTRA {
+    if extra(&fit.model) < MAX_EXTRA {
         if allowed.processes && !refused.processes {
             worth.extend(scores.best(&dictionary.processes).map(|(g, part)| (g, Addition::Process(part))));
         }
@@ -361,7 +367,7 @@ fn without_idle(mut fit: Fit, bins: &Bins) -> Fit {
         };
         let least = fit.model.processes().map(loss).min_by(|a, b| a.0.total_cmp(&b.0));
         match least {
-            Some((net, without)) if net <= -0.5 * QUANTIZATION => fit = without,
+            Some((net, without)) if net <= -0.5 * PRICE_OF_QUANTIZATION => fit = without,
             _ => return fit,
         }
     }
@@ -371,11 +377,15 @@ fn without_idle(mut fit: Fit, bins: &Bins) -> Fit {
 /// above its price, and with a filter of more coefficients. A weak process matters if slow terms are observed.
 pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed, shows_slow: bool) -> Vec<Fit> {
     let mut found = Vec::new();
-    if extra(&fit.model) < MOST_EXTRA {
+    if extra(&fit.model) < MAX_EXTRA {
         let (scores, dictionary) = (Scores::at(fit, bins), Dictionary::new(bins));
         let lists = [
-            (allowed.processes, &dictionary.processes, if shows_slow { PROCESS_ALIKE } else { ALIKE }),
-            (allowed.resonances, &dictionary.resonances, ALIKE),
+            (
+                allowed.processes,
+                &dictionary.processes,
+                if shows_slow { PROCESS_ALIKE } else { ALTERNATIVE_REDUCTION },
+            ),
+            (allowed.resonances, &dictionary.resonances, ALTERNATIVE_REDUCTION),
         ];
         for (_, list, least) in lists.into_iter().filter(|(allowed, ..)| *allowed) {
             let Some((_, part)) = scores.best(list).filter(|(gain, _)| *gain > least) else { continue };
@@ -389,13 +399,13 @@ pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed, show
     if fit.model.family.is_some() {
         found.extend(other_families(fit, bins, ALIKE_FILTER));
     } else if allowed.filter && present > 0 {
-        for count in present + 1..=(present + OTHER_ORDERS).min(MOST_FILTER) {
+        for count in present + 1..=(present + OTHER_ORDERS).min(MAX_FILTER) {
             found.push(added(fit, bins, Addition::Filter(count)).1);
         }
     }
     found.extend(process_like_filter(fit, bins, allowed));
     let losses = fit.model.processes().map(|j| fit.removal_loss(j, bins));
-    found.extend(losses.filter(|(loss, _)| *loss < PROCESS).map(|(_, without)| without));
+    found.extend(losses.filter(|(loss, _)| *loss < PRICE_OF_PROCESS).map(|(_, without)| without));
     found
 }
 
@@ -411,6 +421,7 @@ fn process_like_filter(fit: &Fit, bins: &Bins, allowed: Allowed) -> Option<Fit> 
     let mut model = fit.model.clone().unfiltered().with(Part::GaussMarkov { time }, variance);
     model.theta[walk] *= 0.01;
     let tried = model.refit(bins, 40, TOLERANCE, fit);
-    let alike = tried.deviance + PROCESS <= fit.deviance + price_of_filter(&fit.model) + ALIKE_FILTER;
+    let alike =
+        tried.deviance + PRICE_OF_PROCESS <= fit.deviance + price_of_filter(&fit.model) + ALIKE_FILTER;
     (alike && is_needed(&tried, Part::Term(Term::RandomWalk), bins)).then_some(tried)
 }

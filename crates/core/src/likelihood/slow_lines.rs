@@ -19,18 +19,18 @@ const FALSE_ALARM: f64 = 1e-4;
 
 /// The same for a line at a multiple of the frequency of another line, and the highest multiple.
 const FALSE_HARMONIC: f64 = 3e-3;
-const MOST_HARMONICS: f64 = 7.0;
+const MAX_HARMONICS: f64 = 7.0;
 
 /// Largest number of lines of a channel, and of candidates that are fitted.
-const MOST_LINES: usize = 8;
-const MOST_CANDIDATES: usize = 3;
+const MAX_LINES: usize = 8;
+const MAX_CANDIDATES: usize = 3;
 
-/// Share of the price that the squares of three modes over their densities, minus 3, exceed where a line may be. Three
+/// A line may be where the squares of three modes over their densities, minus 3, exceed this share of its price. Three
 /// modes have at least 0.8 of the squares of a line; among the lowest modes, the density of a fit without the line is too
 /// high.
 const WORTH_A_FIT: f64 = 0.7;
 const WORTH_A_FIT_BELOW: f64 = 0.5;
-const LOWEST: usize = 48;
+const LOWEST_MODES: usize = 48;
 
 /// Number of modes on either side of a peak that determine its frequency, and steps and width of the search, in modes.
 const WINDOW: usize = 24;
@@ -44,8 +44,8 @@ const DIFFERENCE: f64 = 1e-3;
 
 /// Number of modes on either side of a line that must remain at the density of the noise, and probability that they exceed
 /// it by chance.
-const FOOT: usize = 8;
-const WANDERING: f64 = 1e-3;
+const FOOT_MODES: usize = 8;
+const WANDERING_PROBABILITY: f64 = 1e-3;
 
 /// Share of its price that a line must gain in a complete model.
 const IDLE_SHARE: f64 = 0.8;
@@ -64,7 +64,7 @@ fn is_harmonic(frequency: f64, fit: &Fit, bins: &Bins) -> bool {
     let resolution = 0.5 / bins.record.duration();
     frequencies(&fit.model, bins).any(|base| {
         let multiple = (frequency / base).round();
-        (2.0..=MOST_HARMONICS).contains(&multiple) && (frequency - multiple * base).abs() < resolution
+        (2.0..=MAX_HARMONICS).contains(&multiple) && (frequency - multiple * base).abs() < resolution
     })
 }
 
@@ -82,7 +82,7 @@ fn cosines<'a>(model: &'a Model, bins: &'a Bins) -> impl Iterator<Item = usize> 
 /// Adds the lines that reduce the deviance of a fit by more than their prices, one by one; returns whether there are any.
 pub(crate) fn add_lines(fit: &mut Fit, bins: &mut Bins) -> bool {
     let mut added = false;
-    while cosines(&fit.model, bins).count() < MOST_LINES {
+    while cosines(&fit.model, bins).count() < MAX_LINES {
         let tried = candidates(fit, bins).into_iter().map(|frequency| {
             let (fitted, with) = with_line(fit, bins, frequency);
             let at = frequencies(&fitted.model, &with).last().unwrap_or(frequency);
@@ -100,8 +100,9 @@ fn is_steady(fit: &Fit, bins: &Bins) -> bool {
     let Some(frequency) = frequencies(&fit.model, bins).last() else { return true };
     let peaks = Peaks::of(fit, bins);
     let middle = peaks.frequency.partition_point(|&f| f < frequency);
-    let around = &peaks.excess[middle.saturating_sub(FOOT)..(middle + FOOT).min(peaks.excess.len())];
-    around.iter().sum::<f64>() < chi2_quantile_above(WANDERING, around.len() as f64)
+    let around =
+        &peaks.excess[middle.saturating_sub(FOOT_MODES)..(middle + FOOT_MODES).min(peaks.excess.len())];
+    around.iter().sum::<f64>() < chi2_quantile_above(WANDERING_PROBABILITY, around.len() as f64)
 }
 
 /// Removes the lines that a fit does not need.
@@ -230,7 +231,7 @@ pub(crate) fn slow_lines(fit: &Fit, bins: &Bins) -> Vec<SlowLine> {
 /// Frequencies at which the modes exceed a fit most: the best frequencies near the highest peaks. \[Hz\]
 fn candidates(fit: &Fit, bins: &Bins) -> Vec<f64> {
     let peaks = Peaks::of(fit, bins);
-    let share = |i: usize| if peaks.mode[i] < LOWEST { WORTH_A_FIT_BELOW } else { WORTH_A_FIT };
+    let share = |i: usize| if peaks.mode[i] < LOWEST_MODES { WORTH_A_FIT_BELOW } else { WORTH_A_FIT };
     let least = -2.0 * FALSE_HARMONIC.ln() * WORTH_A_FIT_BELOW; // the lowest price
     let mut high: Vec<(f64, usize)> = (1..peaks.excess.len().saturating_sub(1))
         .map(|i| (peaks.excess[i - 1] + peaks.excess[i] + peaks.excess[i + 1] - 3.0, i))
@@ -239,7 +240,7 @@ fn candidates(fit: &Fit, bins: &Bins) -> Vec<f64> {
     high.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut chosen: Vec<usize> = Vec::new();
     for (_, i) in high {
-        if chosen.len() < MOST_CANDIDATES && chosen.iter().all(|&j| i.abs_diff(j) > 3) {
+        if chosen.len() < MAX_CANDIDATES && chosen.iter().all(|&j| i.abs_diff(j) > 3) {
             chosen.push(i);
         }
     }

@@ -8,10 +8,9 @@ use crate::likelihood::running_mean::{RunningMean, tapered};
 use crate::terms::Term;
 use std::borrow::Cow;
 
-/// Change of a parameter of a filter of known shape for its derivative, and the smallest ln |H|² that differs from |H|² =
-/// 0.
-const SHIFT: f64 = 0.005;
-const LEAST_LOG_POWER: f64 = -60.0;
+/// Change of a parameter of a filter of known shape for its derivative, and the ln |H|² that stands for |H|² = 0.
+const PARAMETER_STEP: f64 = 0.005;
+const MIN_LOG_POWER: f64 = -60.0;
 
 /// Share of the median density that is added, so that an empty model has a likelihood.
 const FLOOR: f64 = 1e-9;
@@ -67,11 +66,11 @@ impl Model {
             responses(family.shape(&numbers), bins)
         };
         let slope = |up: Vec<f64>, down: Vec<f64>| {
-            up.iter().zip(&down).map(|(a, b)| (a / b).ln() / (2.0 * SHIFT)).collect::<Vec<f64>>()
+            up.iter().zip(&down).map(|(a, b)| (a / b).ln() / (2.0 * PARAMETER_STEP)).collect::<Vec<f64>>()
         };
         (0..self.filter.len())
             .map(|k| {
-                let (up, down) = (moved(k, SHIFT), moved(k, -SHIFT));
+                let (up, down) = (moved(k, PARAMETER_STEP), moved(k, -PARAMETER_STEP));
                 [slope(up.0, down.0), slope(up.1, down.1)].map(Cow::Owned)
             })
             .collect()
@@ -271,7 +270,7 @@ impl Model {
 fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
     let (tau0, spacing, zeros) = (bins.record.tau0, bins.record.frequency(1), shape.has_zeros());
     let response = shape.response();
-    let power = |f: f64| response.log_power(f * tau0).max(LEAST_LOG_POWER).exp();
+    let power = |f: f64| response.log_power(f * tau0).max(MIN_LOG_POWER).exp();
     let mode_power = |bin: usize| {
         if zeros { bins.mean_of_modes(bin, power) } else { power(bins.frequency[bin]) }
     };
@@ -288,7 +287,7 @@ fn add(sum: &mut [f64], x: &[f64], factor: f64) {
 
 /// A part with a slightly larger and a slightly smaller shape parameter, and the difference in the fitted parameter.
 fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
-    const SHIFT: f64 = 0.05; // relative to the width
+    const PARAMETER_STEP: f64 = 0.05; // relative to the width
     let up = 1.0 + DIFFERENCE;
     let log = 2.0 * up.ln();
     match (part, shape) {
@@ -296,9 +295,9 @@ fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
             (Part::GaussMarkov { time: time * up }, Part::GaussMarkov { time: time / up }, log)
         }
         (Part::Resonance { frequency: f, width }, Shape::Frequency) => (
-            Part::Resonance { frequency: f + SHIFT * width, width },
-            Part::Resonance { frequency: f - SHIFT * width, width },
-            2.0 * SHIFT,
+            Part::Resonance { frequency: f + PARAMETER_STEP * width, width },
+            Part::Resonance { frequency: f - PARAMETER_STEP * width, width },
+            2.0 * PARAMETER_STEP,
         ),
         (Part::Resonance { frequency, width }, _) => (
             Part::Resonance { frequency, width: width * up },

@@ -7,7 +7,7 @@ use std::sync::Arc;
 pub(crate) const MODES: usize = 8;
 
 /// Smallest number of samples in a record that can be summarised.
-pub const LEAST_SAMPLES: usize = 256;
+pub const MIN_SAMPLES: usize = 256;
 
 /// Summary of a record for the likelihood. Densities are two-sided, in the unit of the rate squared per hertz.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +64,7 @@ impl Summary {
         self.masked.as_ref().map_or(self.samples, |masked| masked.present())
     }
 
-    /// Times of the centres of the blocks after the first sample, at which curves are given. \[s\]
+    /// Times of the centres of the blocks, from the first sample; curves are given there. \[s\]
     #[must_use]
     pub fn centres(&self) -> Vec<f64> {
         let length = self.block_length();

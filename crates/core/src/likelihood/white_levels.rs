@@ -8,7 +8,7 @@ use crate::likelihood::taper::PARTS;
 use crate::terms::Term;
 
 /// Smallest share of samples in an eighth of the record for it to be used.
-const LEAST_PART: f64 = 0.2;
+const MIN_PART: f64 = 0.2;
 
 /// White noise of each eighth that has samples; empty if the model has no random walk.
 pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLevel> {
@@ -34,7 +34,7 @@ pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLev
     let chance = bin_sum + PARTS as f64 * tails.heavy() / tails.present as f64;
     let all = bins.parts();
     (0..PARTS)
-        .filter(|&p| shares[p] * PARTS as f64 > LEAST_PART)
+        .filter(|&p| shares[p] * PARTS as f64 > MIN_PART)
         .map(|p| WhiteLevel {
             eighth: p,
             level: all[p].iter().enumerate().map(|(i, x)| weights[i] * x / fit.spectrum[low + i]).sum(),

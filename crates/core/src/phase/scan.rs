@@ -31,7 +31,8 @@ pub(super) trait Vectors: Copy {
     fn by_two(self, before: Self::Vector, these: Self::Vector) -> Self::Vector;
 }
 
-/// The points of a piece that begins at `height`, which is advanced to its end; each sample has the point before it.
+/// The points of a piece that begins at `height`, which is advanced to its end; a sample is the step from one to the
+/// next.
 #[inline(always)]
 #[allow(clippy::inline_always)] // Inlined into a function that is compiled for wide vectors.
 pub(super) fn sum_piece<S: Vectors>(

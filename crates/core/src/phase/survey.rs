@@ -14,7 +14,7 @@ pub(super) struct Survey {
 }
 
 /// Distance of the samples that a survey examines, each with the next sample.
-const SURVEYED: usize = 64;
+const SURVEY_STEP: usize = 64;
 
 impl Survey {
     /// The rounding error of a point is proportional to its height above its anchor. For rates with an rms deviation w and
@@ -26,7 +26,7 @@ impl Survey {
             return Self { slope: 0.0, block: LONGEST_BLOCK };
         };
         let (mut count, mut sum, mut squares, mut changes) = (0.0, 0.0, 0.0, 0.0);
-        for pair in rate.windows(2).step_by(SURVEYED) {
+        for pair in rate.windows(2).step_by(SURVEY_STEP) {
             let (y, change) = (pair[0] - first, pair[1] - pair[0]);
             count += 1.0;
             sum += y;

@@ -1,10 +1,10 @@
 //! Construction of the bins of a record.
 
 use crate::likelihood::bins::edges::{
-    LEAST_COUNT, consecutive_ranges, high_edges, low_edges, median, modes_in_use, spacing_of,
+    MIN_COUNT, consecutive_ranges, high_edges, low_edges, median, modes_in_use, spacing_of,
 };
 use crate::likelihood::bins::regressors::Regressor;
-use crate::likelihood::bins::{Bins, MOST_FILTER, POINTS};
+use crate::likelihood::bins::{Bins, MAX_FILTER, POINTS};
 use crate::likelihood::expected::{Blocks, FinePoint, TERMS};
 use crate::likelihood::summary::Summary;
 use std::f64::consts::PI;
@@ -14,11 +14,11 @@ use std::sync::Arc;
 const MODE_POINTS: usize = 4;
 
 /// Smallest share of unmasked densities in a bin.
-const LEAST_SHARE: f64 = 0.15;
+const MIN_SHARE: f64 = 0.15;
 
 /// Width that is added per stretch of a bin, in densities, for the distribution of the mean of overlapping, tapered
 /// densities.
-const EDGE: f64 = 0.5;
+const ADDED_WIDTH: f64 = 0.5;
 
 impl<'a> Bins<'a> {
     pub(crate) fn new(record: &'a Summary, mask: Arc<Vec<bool>>, regressors: Arc<Vec<Regressor>>) -> Self {
@@ -56,7 +56,7 @@ impl<'a> Bins<'a> {
         for (start, stop) in high_edges(record) {
             let there: Vec<usize> = (start..stop).filter(|&k| mask[k]).collect();
             let count = there.len();
-            if (count as f64) < (LEAST_SHARE * (stop - start) as f64).max(LEAST_COUNT) {
+            if (count as f64) < (MIN_SHARE * (stop - start) as f64).max(MIN_COUNT) {
                 continue;
             }
             let stretches = 1 + there.windows(2).filter(|p| p[1] > p[0] + 1).count();
@@ -68,7 +68,7 @@ impl<'a> Bins<'a> {
                 None => (1.0, 1.0),
             };
             freedom.push(2.0 * count as f64 * share * together);
-            freedom_alone.push(2.0 * (count as f64 + EDGE * stretches as f64) * share * alone);
+            freedom_alone.push(2.0 * (count as f64 + ADDED_WIDTH * stretches as f64) * share * alone);
             ranges.push((start, stop));
             for i in 0..if record.masked.is_some() { 0 } else { POINTS } {
                 let at = ((i as f64 + 0.5) / POINTS as f64 * count as f64) as usize;
@@ -80,7 +80,7 @@ impl<'a> Bins<'a> {
         if let Some(masked) = &record.masked {
             leak = Some(Arc::new(masked.matrix(&all_stretches, record.frequency(1))));
             // Cells are narrow, and the matrix includes the smearing by the taper.
-            fine_points = masked.cells.at.iter().map(|&f| FinePoint::narrow(f, record.tau0)).collect();
+            fine_points = masked.cells.centres.iter().map(|&f| FinePoint::narrow(f, record.tau0)).collect();
         }
         let scale = if high_power.is_empty() { median(&low_power) } else { median(&high_power) };
         let spacing = spacing_of(record, &mask, &used_modes);
@@ -171,7 +171,7 @@ impl<'a> Bins<'a> {
 /// cos 2πk f Δ − 1, k = 1 … 6, at frequencies.
 fn cosines(at: &[f64], interval: f64) -> Vec<Vec<f64>> {
     let cosine = |f: f64, k: usize| -2.0 * (PI * k as f64 * f * interval).sin().powi(2);
-    (1..=MOST_FILTER).map(|k| at.iter().map(|&f| cosine(f, k)).collect()).collect()
+    (1..=MAX_FILTER).map(|k| at.iter().map(|&f| cosine(f, k)).collect()).collect()
 }
 
 fn mean_squares(record: &Summary, used_modes: &[usize], edges: &[usize]) -> Vec<f64> {

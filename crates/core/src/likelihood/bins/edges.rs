@@ -3,10 +3,10 @@
 use crate::likelihood::summary::Summary;
 
 /// Smallest number of unmasked densities in a bin.
-pub(crate) const LEAST_COUNT: f64 = 2.0;
+pub(crate) const MIN_COUNT: f64 = 2.0;
 
 /// Number of modes with a separate bin.
-const SINGLE: usize = 48;
+const SINGLE_MODES: usize = 48;
 
 /// Number of bins per decade above these modes.
 const PER_DECADE: f64 = 32.0;
@@ -28,8 +28,8 @@ fn first_above(highest_mode: f64, segment: usize, tau0: f64) -> usize {
 /// filter, or rounding).
 pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     const PIECES: usize = 64;
-    const FEWEST: usize = 16;
-    const EMPTY: f64 = 0.08; // relative to the usual density
+    const MIN_PIECES: usize = 16;
+    const EMPTY_RATIO: f64 = 0.08; // relative to the usual density
     let last = record.density.len() - 1;
     let first = first_density(record);
     let mut mask = vec![false; last + 1];
@@ -46,7 +46,7 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     let medians: Vec<f64> = (0..PIECES).map(|i| median(&record.density[edge(i)..edge(i + 1)])).collect();
     let usual = median(&medians[1..PIECES / 2]);
     let mut end = PIECES;
-    while end > FEWEST && medians[end - 1] < EMPTY * usual {
+    while end > MIN_PIECES && medians[end - 1] < EMPTY_RATIO * usual {
         end -= 1;
     }
     if end < PIECES {
@@ -62,14 +62,14 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
 /// densities fall more steeply than those of any term, and remain low. None without such a filter.
 fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
     const PER_OCTAVE: usize = 8;
-    const FEWEST: usize = 16; // number of densities in a piece
-    const STEEP: f64 = 0.08; // relative to the smallest density one to two octaves lower; 0.25 for a rate random walk
-    const TOGETHER: usize = 3; // number of pieces
+    const MIN_DENSITIES: usize = 16; // in a piece
+    const STEEP_RATIO: f64 = 0.08; // to the smallest density one to two octaves lower; 0.25 for a rate random walk
+    const MIN_STEEP_PIECES: usize = 3;
     let mut edges = vec![first.max(1)];
     while edges[edges.len() - 1] < density.len() {
         let start = edges[edges.len() - 1];
         let next = start as f64 * 2_f64.powf(1.0 / PER_OCTAVE as f64);
-        edges.push((next.round() as usize).max(start + FEWEST));
+        edges.push((next.round() as usize).max(start + MIN_DENSITIES));
     }
     edges.pop();
     let medians: Vec<f64> = edges.windows(2).map(|p| median(&density[p[0]..p[1]])).collect();
@@ -80,10 +80,12 @@ fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
     let steep = |i: usize| {
         let range = lower(i, 2)..=lower(i, 1);
         edges[i] >> 1 >= first
-            && medians[i] < STEEP * medians[range].iter().copied().fold(f64::INFINITY, f64::min)
+            && medians[i] < STEEP_RATIO * medians[range].iter().copied().fold(f64::INFINITY, f64::min)
     };
     let pieces = medians.len();
-    (0..(pieces + 1).saturating_sub(TOGETHER)).find(|&i| (i..i + TOGETHER).all(steep)).map(|i| edges[i])
+    (0..(pieces + 1).saturating_sub(MIN_STEEP_PIECES))
+        .find(|&i| (i..i + MIN_STEEP_PIECES).all(steep))
+        .map(|i| edges[i])
 }
 
 /// The largest power of two by which the sample interval can be multiplied while the top of the band is still below half
@@ -95,9 +97,9 @@ pub(crate) fn spacing_of(record: &Summary, mask: &[bool], used_modes: &[usize]) 
     1 << (ratio.max(1.0) as usize).ilog2()
 }
 
-/// Indices of the modes that are used: mode numbers minus 1. Modes in the band of the periodogram, which a short record
-/// has, are used if they are unmasked. Modes below the band are all used, or the unmasked ones if the mask extends
-/// below the band.
+/// Indices of the modes that are used: mode numbers minus 1. Modes in the band of the periodogram, which only a
+/// short record has, are used if they are unmasked. Modes below the band are all used, or the unmasked ones if the mask
+/// extends below the band.
 pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
     if record.masked.is_some() {
         // With missing samples, the expectation of a bin is that of all its modes, and the matrix from frequencies to
@@ -122,8 +124,8 @@ pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
 pub(crate) fn low_edges(record: &Summary, used_modes: &[usize]) -> Vec<usize> {
     let modes = record.modes.len();
     let widest = if modes > record.low_modes() { modes as f64 / TOP_OVER_WIDEST } else { f64::INFINITY };
-    let mut edges: Vec<usize> = (0..=SINGLE.min(modes)).collect();
-    let mut position = SINGLE as f64;
+    let mut edges: Vec<usize> = (0..=SINGLE_MODES.min(modes)).collect();
+    let mut position = SINGLE_MODES as f64;
     let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
     while edges[edges.len() - 1] < modes {
         let done = edges[edges.len() - 1];
@@ -145,14 +147,14 @@ pub(crate) fn high_edges(record: &Summary) -> Vec<(usize, usize)> {
 
 /// Ranges of densities above the highest mode.
 pub(crate) fn high_ranges(highest_mode: f64, segment: usize, tau0: f64) -> Vec<(usize, usize)> {
-    const NARROWEST: f64 = 4.0;
+    const MIN_WIDTH: f64 = 4.0;
     let (first, last) = (first_above(highest_mode, segment, tau0), segment / 2);
-    let widest = (last as f64 / TOP_OVER_WIDEST).max(LEAST_COUNT);
+    let widest = (last as f64 / TOP_OVER_WIDEST).max(MIN_COUNT);
     let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
     let mut edges = vec![first];
     let mut position = first as f64;
     while edges[edges.len() - 1] < last {
-        position += (position * step).max(NARROWEST).min(widest);
+        position += (position * step).max(MIN_WIDTH).min(widest);
         edges.push((position.round() as usize).min(last));
     }
     let n = edges.len();

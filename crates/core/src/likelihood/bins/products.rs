@@ -4,7 +4,7 @@ use crate::likelihood::bins::Bins;
 use crate::likelihood::bins::regressors::{ENDS, Products};
 
 /// Number of lowest bins of a run, whose power slow regressors reduce most.
-const LOWEST: usize = 4;
+const LOWEST_BINS: usize = 4;
 
 impl Bins<'_> {
     /// The sums that a model with these regressors needs, by run; each of several runs has its regressors.
@@ -18,7 +18,7 @@ impl Bins<'_> {
     /// Share of the degrees of freedom of the lowest bins of a run, which begin at `first`, that remains with a
     /// discrepancy.
     pub(crate) fn freedom_share_at(&self, first: usize, low: usize) -> f64 {
-        let lowest = first..first + low.min(LOWEST);
+        let lowest = first..first + low.min(LOWEST_BINS);
         let weights: f64 = lowest.clone().map(|bin| self.weight(bin)).sum();
         weights / lowest.map(|bin| self.freedom[bin]).sum::<f64>()
     }

@@ -8,13 +8,13 @@
 use std::f64::consts::PI;
 
 /// Longest step of a difference. \[samples\]
-const LONGEST: usize = 8;
+const MAX_STEP: usize = 8;
 
 /// Share of the pairs of the best step above which a shorter step is preferred.
-const SHARE: f64 = 0.5;
+const MIN_SHARE_OF_PAIRS: f64 = 0.5;
 
 /// Largest ratio of gains in a piece of a bin, within which the gain is treated as constant.
-const FLAT: f64 = 1.1;
+const MAX_GAIN_RATIO: f64 = 1.1;
 
 /// Differences of samples, and whether the segments contain them instead of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,18 +26,18 @@ pub(super) struct Differences {
 
 impl Differences {
     pub(super) fn new(present: &[bool], used: bool) -> Self {
-        let counts: Vec<usize> = (1..=LONGEST)
+        let counts: Vec<usize> = (1..=MAX_STEP)
             .map(|step| {
                 present.iter().zip(&present[step.min(present.len())..]).filter(|(a, b)| **a && **b).count()
             })
             .collect();
         let most = counts.iter().copied().max().unwrap_or(0) as f64;
-        let step = 1 + counts.iter().position(|&n| n as f64 >= SHARE * most).unwrap_or(0);
+        let step = 1 + counts.iter().position(|&n| n as f64 >= MIN_SHARE_OF_PAIRS * most).unwrap_or(0);
         Self { step, used }
     }
 
     /// Mask of the values of the segments.
-    pub(super) fn there(self, present: &[bool]) -> Vec<bool> {
+    pub(super) fn value_mask(self, present: &[bool]) -> Vec<bool> {
         (0..present.len()).map(|t| t >= self.step && present[t] && present[t - self.step]).collect()
     }
 
@@ -75,7 +75,7 @@ impl Differences {
             let mut start = a;
             for k in a + 1..=b {
                 let ratio = gains.get(k).map_or(1.0, |g| g / gains[start]);
-                if k == b || !(1.0 / FLAT..FLAT).contains(&ratio) {
+                if k == b || !(1.0 / MAX_GAIN_RATIO..MAX_GAIN_RATIO).contains(&ratio) {
                     found.push((start, k));
                     start = k;
                 }
@@ -112,10 +112,10 @@ mod tests {
 
     #[test]
     fn pieces_cover_their_stretches() {
-        let own = Differences { step: 1, used: true };
-        let gains = own.gains(256);
-        let pieces = own.pieces(&[(8, 12), (60, 64)], &gains);
+        let adjacent = Differences { step: 1, used: true };
+        let gains = adjacent.gains(256);
+        let pieces = adjacent.pieces(&[(8, 12), (60, 64)], &gains);
         assert_eq!(pieces, [(8, 9), (9, 10), (10, 11), (11, 12), (60, 64)]);
-        assert_eq!(Differences { used: false, ..own }.pieces(&[(8, 12)], &gains), [(8, 12)]);
+        assert_eq!(Differences { used: false, ..adjacent }.pieces(&[(8, 12)], &gains), [(8, 12)]);
     }
 }

@@ -4,7 +4,7 @@ use crate::likelihood::bins::{high_ranges, low_edges};
 use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::masked::mask::{MaskSums, Masked};
 use crate::likelihood::masked::nodes::StringModes;
-use crate::likelihood::masked::windows::{Cells, Grid, LowView, LowWindow, Windows};
+use crate::likelihood::masked::windows::{Cells, Grid, LowModes, LowWindow, Windows};
 use crate::likelihood::summary::Summary;
 use crate::special::odd_harmonic;
 use crate::terms::Term;
@@ -20,7 +20,7 @@ impl Masked {
         let edges = low_edges(record, &(0..string.modes.len()).collect::<Vec<_>>());
         let bins: Vec<std::ops::Range<usize>> = edges.windows(2).map(|p| p[0]..p[1]).collect();
         let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-        let view = LowView::new(grid);
+        let view = LowModes::new(grid);
         let low_windows: Vec<LowWindow> = bins
             .iter()
             .map(|b| view.window(&string.shapes[b.clone()], &string.mass, &string.white[b.clone()]))

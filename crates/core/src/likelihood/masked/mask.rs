@@ -6,10 +6,10 @@ use crate::likelihood::masked::windows::{Cells, Windows};
 use crate::likelihood::taper::PARTS;
 
 /// Smallest number of neighbouring pairs that distinguishes quantization noise from random walk.
-pub(super) const LEAST_PAIRS: usize = 100;
+pub(super) const MIN_PAIRS: usize = 100;
 
 /// Smallest number of differences that may replace samples: 32 in a segment of a sixteenth of the record.
-const LEAST_DIFFERENCES: usize = 512;
+const MIN_DIFFERENCES: usize = 512;
 
 /// Sums of a pass over the samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,7 @@ pub(crate) struct Masked {
 impl Masked {
     /// Whether quantization noise can be distinguished from random walk: without neighbours they have the same density.
     pub(crate) fn has_neighbours(&self) -> bool {
-        self.seen.neighbours >= LEAST_PAIRS
+        self.seen.neighbours >= MIN_PAIRS
     }
 
     /// Number of present samples.
@@ -66,7 +66,7 @@ impl Masked {
     /// Whether differences should replace samples in the segments: whether their mean square is below `variance`, that of
     /// the samples in a segment. The gain of differences has the geometric mean 1, so the larger variance leaks more.
     pub(crate) fn wants_differences(&self, variance: f64) -> bool {
-        self.seen.pairs >= LEAST_DIFFERENCES && self.seen.square < variance
+        self.seen.pairs >= MIN_DIFFERENCES && self.seen.square < variance
     }
 
     /// Whether a density is an image of frequencies below the density `first`.
@@ -126,8 +126,8 @@ impl Masked {
     /// Weights of the cells in all bins, in row order.
     pub(crate) fn matrix(&self, stretches: &[Vec<(usize, usize)>], spacing: f64) -> Vec<f64> {
         let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();
-        let gains: Vec<f64> = self.cells.at.iter().map(|&f| self.gain(f, spacing)).collect();
-        let width = self.cells.at.len();
+        let gains: Vec<f64> = self.cells.centres.iter().map(|&f| self.gain(f, spacing)).collect();
+        let width = self.cells.centres.len();
         let mut matrix = self.low_rows.clone();
         matrix.resize(matrix.len() + stretches.len() * width, 0.0);
         for (row, of) in matrix[self.low_rows.len()..].chunks_exact_mut(width).zip(stretches) {

@@ -5,10 +5,10 @@ use crate::likelihood::masked::weights::Weights;
 use std::f64::consts::PI;
 
 /// Share of the largest mass below which a node is left out; the gap then becomes a longer spring.
-const LEAST_MASS: f64 = 1e-6;
+const MIN_MASS: f64 = 1e-6;
 
 /// Number of nodes per used mode.
-const MODES: usize = 8;
+const NODES_PER_MODE: usize = 8;
 
 /// The sums of the pass. Hat functions are 1 at a node, 0 at the next one, and constant beyond the first and the last node.
 #[derive(Debug, Clone)]
@@ -117,7 +117,7 @@ impl Nodes {
     /// The modes, after all samples.
     pub(super) fn solve(self, tau0: f64) -> StringModes {
         let largest = self.mass.iter().fold(0.0_f64, |a, &b| a.max(b));
-        let there: Vec<usize> = (0..self.count).filter(|&j| self.mass[j] > LEAST_MASS * largest).collect();
+        let there: Vec<usize> = (0..self.count).filter(|&j| self.mass[j] > MIN_MASS * largest).collect();
         let mut mass = vec![0.0; self.count];
         for &j in &there {
             mass[j] = self.mass[j];
@@ -136,13 +136,13 @@ impl Nodes {
                 .map(|i| -springs[i] / (mass[there[i]] * mass[there[i + 1]]).sqrt())
                 .collect(),
         };
-        let count = (self.count / MODES).min(there.len() / MODES);
+        let count = (self.count / NODES_PER_MODE).min(there.len() / NODES_PER_MODE);
         let (values, vectors) = string.lowest(count);
         let shapes: Vec<Vec<f64>> = vectors
             .iter()
             .map(|u| {
                 let at: Vec<f64> = u.iter().zip(&there).map(|(u, &j)| u / mass[j].sqrt()).collect();
-                straight(&there, &at, self.count)
+                interpolate_nodes(&there, &at, self.count)
             })
             .collect();
         let root = tau0.sqrt();
@@ -167,7 +167,7 @@ impl Nodes {
 
 impl StringModes {
     /// The modes of a curve that is given at the nodes and linear between them.
-    pub(crate) fn of(&self, curve: &[f64]) -> Vec<f64> {
+    pub(crate) fn modes_of(&self, curve: &[f64]) -> Vec<f64> {
         let n = curve.len();
         let sums: Vec<f64> = (0..n)
             .map(|j| {
@@ -182,7 +182,7 @@ impl StringModes {
 }
 
 /// Values at all nodes from those at some nodes, by linear interpolation, and constant beyond the ends.
-fn straight(at: &[usize], values: &[f64], count: usize) -> Vec<f64> {
+fn interpolate_nodes(at: &[usize], values: &[f64], count: usize) -> Vec<f64> {
     let mut found = vec![values[0]; count];
     for (pair, value) in at.windows(2).zip(values.windows(2)) {
         let step = (value[1] - value[0]) / (pair[1] - pair[0]) as f64;

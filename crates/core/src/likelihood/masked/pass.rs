@@ -6,22 +6,22 @@
 
 use crate::error::Error;
 use crate::likelihood::masked::differences::Differences;
-use crate::likelihood::masked::mask::{LEAST_PAIRS, MaskSums, Masked};
+use crate::likelihood::masked::mask::{MIN_PAIRS, MaskSums, Masked};
 use crate::likelihood::masked::nodes::Nodes;
 use crate::likelihood::masked::weights::Weights;
 use crate::likelihood::masked::windows::TaperSums;
-use crate::likelihood::summary::{LEAST_SAMPLES, Summary};
+use crate::likelihood::summary::{MIN_SAMPLES, Summary};
 use crate::likelihood::taper::PARTS;
 use crate::likelihood::taper::{hann, smooth};
 use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::sync::Arc;
 
 /// Smallest number of stretches between two nodes that contain a sample.
-const LEAST_NODES: usize = 64;
+const MIN_NODES: usize = 64;
 
 /// Smallest number of nodes of a record, and of samples between two of them.
 const NODES: usize = 2048;
-const LEAST_SPACING: usize = 8;
+const MIN_SPACING: usize = 8;
 
 /// Length of a segment over the distance of two nodes.
 const SEGMENT: usize = 128;
@@ -30,15 +30,15 @@ const SEGMENT: usize = 128;
 const STEPS: usize = 4;
 
 /// Largest taper at the ends of runs, over the distance of two nodes.
-const MOST_TAPER: f64 = 2.0;
+const MAX_TAPER: f64 = 2.0;
 
-/// The same in segments: in samples, and as a share of the mean length of a run. Stronger tapering would spread
+/// The same for segments: in samples, and as a share of the mean length of a run. Stronger tapering would spread
 /// quantization noise into its minimum.
-const MOST_TAPER_HIGH: f64 = 32.0;
+const MAX_TAPER_HIGH: f64 = 32.0;
 const TAPERED_SHARE: f64 = 0.125;
 
 /// Smallest number of samples in a segment; with fewer it is left out.
-const LEAST_IN_SEGMENT: f64 = 8.0;
+const MIN_IN_SEGMENT: f64 = 8.0;
 
 /// Results of a first pass that determine the weights of a second one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -77,30 +77,30 @@ impl MaskedPass {
     ///
     /// # Errors
     ///
-    /// [`Error::TooShort`] for fewer than [`LEAST_SAMPLES`] present samples, or if these are too concentrated to determine
+    /// [`Error::TooShort`] for fewer than [`MIN_SAMPLES`] present samples, or samples too concentrated to determine
     /// low frequencies; [`Error::Parameter`] for an interval that is not positive.
     pub fn new(present: Vec<bool>, tau0: f64, weighting: Weighting) -> Result<Self, Error> {
         let samples = present.len();
         let count = present.iter().filter(|&&there| there).count();
-        if count < LEAST_SAMPLES {
-            return Err(Error::TooShort { need: LEAST_SAMPLES, got: count });
+        if count < MIN_SAMPLES {
+            return Err(Error::TooShort { need: MIN_SAMPLES, got: count });
         }
         if !(tau0 > 0.0 && tau0.is_finite()) {
             return Err(Error::Parameter { name: "tau0", value: tau0 });
         }
-        let spacing = (samples / NODES).max(LEAST_SPACING);
+        let spacing = (samples / NODES).max(MIN_SPACING);
         let filled = present.chunks(spacing).filter(|piece| piece.contains(&true)).count();
-        if filled < LEAST_NODES {
-            return Err(Error::TooShort { need: LEAST_NODES * spacing, got: count });
+        if filled < MIN_NODES {
+            return Err(Error::TooShort { need: MIN_NODES * spacing, got: count });
         }
         let differences = Differences::new(&present, weighting.differences.is_some());
-        let pairs_at = differences.used.then(|| differences.there(&present));
-        let taper = weighting.taper.min(MOST_TAPER * spacing as f64);
+        let pairs_at = differences.used.then(|| differences.value_mask(&present));
+        let taper = weighting.taper.min(MAX_TAPER * spacing as f64);
         let shown = pairs_at.as_ref().unwrap_or(&present);
         let runs = shown.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(shown[0]);
         let there = shown.iter().filter(|&&there| there).count();
         let high = weighting.differences.unwrap_or(taper);
-        let high = high.min(TAPERED_SHARE * there as f64 / runs as f64).min(MOST_TAPER_HIGH);
+        let high = high.min(TAPERED_SHARE * there as f64 / runs as f64).min(MAX_TAPER_HIGH);
         let segment = (SEGMENT * spacing).min(samples / 4);
         let segment = if segment < samples / 4 { smooth(segment) } else { segment - segment % 2 };
         Ok(Self {
@@ -228,7 +228,7 @@ impl MaskedPass {
 
 fn kurtosis(pairs: usize, squares: f64, fourths: f64) -> f64 {
     let (second, fourth) = (squares / pairs as f64, fourths / pairs as f64);
-    if pairs < LEAST_PAIRS || second <= 0.0 {
+    if pairs < MIN_PAIRS || second <= 0.0 {
         return 0.0;
     }
     2.0 * (fourth / (second * second) - 3.0)
@@ -311,7 +311,7 @@ impl Segments {
 
     fn segment(&mut self, present: &[bool], start: isize) {
         self.weights.fill(present, start, &mut self.mask);
-        if self.mask.iter().sum::<f64>() < LEAST_IN_SEGMENT {
+        if self.mask.iter().sum::<f64>() < MIN_IN_SEGMENT {
             return;
         }
         let (mut sum, mut weighted) = (0.0, 0.0);

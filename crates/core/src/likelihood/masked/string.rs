@@ -4,7 +4,7 @@
 const LANES: usize = 8;
 
 /// Relative width at which a bisection ends.
-const NARROW: f64 = 1e-10;
+const BISECTION_WIDTH: f64 = 1e-10;
 
 /// Number of eigenvectors that are iterated together, for the same reason.
 const VECTORS: usize = 4;
@@ -16,7 +16,7 @@ const ITERATIONS: usize = 2;
 
 /// Relative distance of neighbouring eigenvalues below which they form a cluster, whose vectors are orthogonalised in turn.
 /// Long gaps cause pairs of them.
-const CLUSTER: f64 = 1e-3;
+const CLUSTER_DISTANCE: f64 = 1e-3;
 
 /// The matrix of a string of nodes with masses and free ends.
 #[derive(Debug, Clone)]
@@ -49,7 +49,7 @@ impl Tridiagonal {
             let (mut low, mut high) = ([least; LANES], [top; LANES]);
             let wanted: [usize; LANES] = std::array::from_fn(|i| (start + i).min(count));
             for step in 0..200 {
-                if (0..LANES).all(|i| high[i] - low[i] <= NARROW * high[i]) {
+                if (0..LANES).all(|i| high[i] - low[i] <= BISECTION_WIDTH * high[i]) {
                     break;
                 }
                 // Eigenvalues grow with the square of their number; in the first steps the lanes share brackets.
@@ -105,7 +105,9 @@ impl Tridiagonal {
                 cluster = before;
                 for k in start..start + VECTORS {
                     let mut own: Vec<f64> = x.iter().map(|row| row[k - start]).collect();
-                    if k < values.len() && (k == 0 || values[k] - values[k - 1] > CLUSTER * values[k]) {
+                    if k < values.len()
+                        && (k == 0 || values[k] - values[k - 1] > CLUSTER_DISTANCE * values[k])
+                    {
                         cluster = k;
                     }
                     scale(&mut own);

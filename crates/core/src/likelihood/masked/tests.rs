@@ -93,7 +93,7 @@ fn in_densities(
     let differenced = weighting.differences.is_some();
     let differences = Differences::new(present, differenced);
     let step = if differenced { differences.step } else { 0 };
-    let there = if differenced { differences.there(present) } else { present.to_vec() };
+    let there = if differenced { differences.value_mask(present) } else { present.to_vec() };
     let runs = there.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(there[0]);
     let count = there.iter().filter(|t| **t).count();
     let taper = weighting.differences.unwrap_or(weighting.taper);

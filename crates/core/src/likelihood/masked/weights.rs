@@ -2,7 +2,7 @@
 //! quantization noise.
 
 /// Length of the taper below which the weights are those without quantization noise.
-const LEAST_TAPER: f64 = 0.2;
+const MIN_TAPER: f64 = 0.2;
 
 /// Exponent above which a weight is 1.
 const MAX_EXPONENT: f64 = 40.0;
@@ -20,7 +20,7 @@ pub(super) struct Weights {
 impl Weights {
     /// `taper`: the root of the ratio of quantization noise to random walk, Q/(N√τ₀). \[samples\]
     pub(super) fn new(taper: f64) -> Self {
-        Self { rate: if taper < LEAST_TAPER { 0.0 } else { 2.0 * (0.5 / taper).asinh() } }
+        Self { rate: if taper < MIN_TAPER { 0.0 } else { 2.0 * (0.5 / taper).asinh() } }
     }
 
     fn fall(self, distance: f64) -> f64 {

@@ -11,14 +11,14 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Number of points of the window of a density per distance of two densities.
-const FINE: usize = 8;
+const POINTS_PER_DISTANCE: usize = 8;
 
 /// Number of cells per bin of the periodogram, and per decade below the periodogram.
 const IN_BIN: usize = 4;
 const PER_DECADE: f64 = 48.0;
 
 /// Lowest cell edge, in cycles in the record.
-const LOWEST: f64 = 0.02;
+const LOWEST_EDGE: f64 = 0.02;
 
 /// Sums over the segments of a pass.
 pub(super) struct TaperSums {
@@ -73,24 +73,24 @@ impl TaperSums {
     /// Adds a segment; returns the sum of its squared weights.
     pub(super) fn add(&mut self, mask: &[f64], taper: &[f64]) -> f64 {
         let whole = mask.iter().all(|&m| m >= 1.0);
-        if let (true, Some(own)) = (whole, self.whole) {
+        if let (true, Some(square_sum)) = (whole, self.whole) {
             self.wholes += 1;
-            self.total += own;
-            return own;
+            self.total += square_sum;
+            return square_sum;
         }
         let weights: Vec<f64> = mask.iter().zip(taper).map(|(m, h)| m * h).collect();
-        let own = self.sum(&weights, 1.0);
-        self.total += own;
+        let square_sum = self.sum(&weights, 1.0);
+        self.total += square_sum;
         if whole {
-            self.whole = Some(own);
+            self.whole = Some(square_sum);
             self.taper = weights;
         }
-        own
+        square_sum
     }
 
     fn sum(&mut self, weights: &[f64], times: f64) -> f64 {
         let level: f64 = weights.iter().sum();
-        let own: f64 = weights.iter().map(|w| w * w).sum();
+        let square_sum: f64 = weights.iter().map(|w| w * w).sum();
         let mut buffer = weights.to_vec();
         buffer.resize(2 * self.length, 0.0);
         let mut done = self.long.process(&mut buffer, &mut self.first);
@@ -106,7 +106,8 @@ impl TaperSums {
         for (k, (z, square)) in self.first.iter().zip(&self.second).enumerate() {
             let power = z.norm_sqr();
             self.overlap[k] += times * power;
-            self.level[k] += times * (power * own / (level * level) - 2.0 * (z * square.conj()).re / level);
+            self.level[k] +=
+                times * (power * square_sum / (level * level) - 2.0 * (z * square.conj()).re / level);
         }
         for (k, z) in self.third.iter().enumerate() {
             let square = self.second[2 * k];
@@ -114,7 +115,7 @@ impl TaperSums {
             self.next[k] += times * z.norm_sqr();
             self.both[k] += times * (square * z.conj()).re;
         }
-        own
+        square_sum
     }
 
     pub(super) fn windows(mut self, taper: &[f64]) -> Windows {
@@ -125,7 +126,7 @@ impl TaperSums {
         let length = self.length;
         let overlap = lags(&self.overlap, 2 * length, length, 1.0 / self.total);
         let level = lags(&self.level, 2 * length, length, 1.0 / self.total);
-        let fine = spectrum(&overlap, FINE * length);
+        let fine = spectrum(&overlap, POINTS_PER_DISTANCE * length);
         let norm = self.segments as f64 / (self.total * self.total);
         let law = |spectrum: &[f64]| lags(spectrum, length, length / 2 + 1, norm);
         let mut squares: Vec<f64> = taper.iter().map(|h| h * h).collect();
@@ -134,9 +135,9 @@ impl TaperSums {
         let whole: Vec<f64> = self.third.iter().map(Complex64::norm_sqr).collect();
         Windows {
             length,
-            at_zero: fine.iter().step_by(FINE).copied().collect(),
+            at_zero: fine.iter().step_by(POINTS_PER_DISTANCE).copied().collect(),
             sums: Running::new(&fine, length),
-            level_sums: Running::plain(&spectrum(&level, FINE * length)),
+            level_sums: Running::plain(&spectrum(&level, POINTS_PER_DISTANCE * length)),
             laws: [law(&self.squares), law(&self.both), law(&self.next)],
             law_of_whole: lags(&whole, length, length / 2 + 1, 1.0),
             spread: self.squares.iter().map(|x| x * norm).collect(),
@@ -197,13 +198,14 @@ impl Windows {
     pub(crate) fn expected(&self, covariance: &[f64], tau0: f64) -> Vec<f64> {
         let doubled = |(l, (r, g)): (usize, (&f64, &f64))| if l == 0 { r * g } else { 2.0 * r * g };
         let level: f64 = covariance.iter().zip(&self.level).enumerate().map(doubled).sum();
-        let seen: Vec<f64> =
+        let windowed: Vec<f64> =
             self.overlap.iter().zip(covariance).map(|(a, r)| tau0 * a * (r + level)).collect();
-        spectrum(&seen, 2 * self.length).into_iter().step_by(2).collect()
+        spectrum(&windowed, 2 * self.length).into_iter().step_by(2).collect()
     }
 
-    /// Weights of the noise in each cell at frequencies that the nodes do not resolve: the spectrum of the weights, times
-    /// the fourth power of low frequencies, because hat functions describe a straight line. The sum is half the rate.
+    /// Weights of the cells in the noise between nodes, which the modes do not describe. A weight is the spectrum of
+    /// the taper and mask, times the fourth power of a low frequency, because hat functions describe straight lines.
+    /// The sum of the weights is half the rate.
     pub(super) fn between_nodes(&self, cells: &Cells, grid: Grid) -> Vec<f64> {
         let (n, tau0) = (grid.spacing as f64, grid.tau0);
         let spacing = 1.0 / (self.length as f64 * tau0);
@@ -211,32 +213,37 @@ impl Windows {
         let cell = |(e, f): (&[f64], &f64)| {
             let comb = ((PI * f * n * tau0).sin() / (PI * f * tau0).sin()).powi(2);
             let different = 1.0 - (comb - n) / (n * (n - 1.0));
-            different.powi(2) * (sums.to(e[1] / spacing) - sums.to(e[0] / spacing))
+            different.powi(2) * (sums.integral_to(e[1] / spacing) - sums.integral_to(e[0] / spacing))
         };
-        let mut found: Vec<f64> = cells.edges.windows(2).zip(&cells.at).map(cell).collect();
-        let scale = 0.5 / (tau0 * found.iter().sum::<f64>());
-        for x in &mut found {
+        let mut weights: Vec<f64> = cells.edges.windows(2).zip(&cells.centres).map(cell).collect();
+        let scale = 0.5 / (tau0 * weights.iter().sum::<f64>());
+        for x in &mut weights {
             *x *= scale;
         }
-        found
+        weights
     }
 
     /// Weights of the cells in the mean of the densities of some stretches.
     pub(crate) fn row(&self, stretches: &[(usize, usize)], edges: &[f64], row: &mut [f64]) {
         let count: usize = stretches.iter().map(|(a, b)| b - a).sum();
         let zero: f64 = stretches.iter().flat_map(|&(a, b)| &self.at_zero[a..b]).sum::<f64>() / count as f64;
-        let whole = (FINE * self.length) as f64;
+        let whole = (POINTS_PER_DISTANCE * self.length) as f64;
         row.fill(0.0);
         let mut below = vec![0.0; edges.len()];
-        let fine: Vec<f64> = edges.iter().map(|e| e * FINE as f64).collect();
+        let fine: Vec<f64> = edges.iter().map(|e| e * POINTS_PER_DISTANCE as f64).collect();
         for &(a, b) in stretches {
-            let (low, high) = ((FINE * a) as f64 - FINE as f64, (FINE * b) as f64 - FINE as f64);
+            let (low, high) = (
+                (POINTS_PER_DISTANCE * a) as f64 - POINTS_PER_DISTANCE as f64,
+                (POINTS_PER_DISTANCE * b) as f64 - POINTS_PER_DISTANCE as f64,
+            );
             for (slot, e) in below.iter_mut().zip(&fine) {
-                *slot += self.sums.to(high + e) - self.sums.to(low + e) - self.sums.to(high - e)
-                    + self.sums.to(low - e);
+                *slot += self.sums.integral_to(high + e)
+                    - self.sums.integral_to(low + e)
+                    - self.sums.integral_to(high - e)
+                    + self.sums.integral_to(low - e);
             }
         }
-        let level: Vec<f64> = fine.iter().map(|&e| self.level_sums.to(e)).collect();
+        let level: Vec<f64> = fine.iter().map(|&e| self.level_sums.integral_to(e)).collect();
         for (i, slot) in row.iter_mut().enumerate() {
             *slot =
                 ((below[i + 1] - below[i]) / count as f64 + 2.0 * zero * (level[i + 1] - level[i])) / whole;
@@ -254,7 +261,7 @@ struct Running {
 impl Running {
     /// For sums with every eighth earlier point, from half a period below 0 to a period above 0.
     fn new(fine: &[f64], length: usize) -> Self {
-        let (half, margin) = (FINE * length / 2, 4 * FINE);
+        let (half, margin) = (POINTS_PER_DISTANCE * length / 2, 4 * POINTS_PER_DISTANCE);
         let first = -((half + margin) as isize);
         let period = 2 * half as isize;
         let at = |x: isize| {
@@ -265,7 +272,8 @@ impl Running {
         let last = (2 * half + margin) as isize;
         for x in first..=last {
             let i = running.len();
-            running.push(at(x) + if i >= FINE { running[i - FINE] } else { 0.0 });
+            running
+                .push(at(x) + if i >= POINTS_PER_DISTANCE { running[i - POINTS_PER_DISTANCE] } else { 0.0 });
         }
         Self::cumulated(first, running)
     }
@@ -284,7 +292,7 @@ impl Running {
         Self { first, sums: series }
     }
 
-    fn to(&self, x: f64) -> f64 {
+    fn integral_to(&self, x: f64) -> f64 {
         let u = x - self.first as f64 + 0.5;
         let i = (u as usize).min(self.sums.len() - 2);
         self.sums[i] + (self.sums[i + 1] - self.sums[i]) * (u - i as f64)
@@ -297,13 +305,13 @@ pub(crate) struct Cells {
     /// Edges from 0 to half the rate. \[Hz\]
     pub edges: Vec<f64>,
     /// Frequencies at which a density is evaluated: geometric means of the edges, at which 1/f² has its mean. \[Hz\]
-    pub at: Vec<f64>,
+    pub centres: Vec<f64>,
 }
 
 impl Cells {
     /// The cell of a frequency. \[Hz\]
-    pub(crate) fn of(&self, frequency: f64) -> usize {
-        self.edges.partition_point(|&e| e <= frequency).clamp(1, self.at.len()) - 1
+    pub(crate) fn cell_of(&self, frequency: f64) -> usize {
+        self.edges.partition_point(|&e| e <= frequency).clamp(1, self.centres.len()) - 1
     }
 
     /// \[Hz\]
@@ -323,7 +331,7 @@ impl Cells {
         let first = ranges.first().map_or(0.5 * length as f64, |r| r.0 as f64 - 0.5) * spacing;
         // The modes need finer cells than the densities, because the density is steeper there.
         let first = first.max(highest_mode * 10_f64.powf(2.0 / PER_DECADE));
-        let lowest = LOWEST / duration;
+        let lowest = LOWEST_EDGE / duration;
         let count = (PER_DECADE * (first / lowest).log10()).ceil().max(1.0);
         let mut edges = vec![0.0];
         edges.extend((0..=count as usize).map(|i| lowest * (first / lowest).powf(i as f64 / count)));
@@ -335,9 +343,9 @@ impl Cells {
         }
         let last = edges.len() - 1;
         edges[last] = 0.5 * length as f64 * spacing;
-        let at =
+        let centres =
             edges.windows(2).map(|e| if e[0] > 0.0 { (e[0] * e[1]).sqrt() } else { 0.5 * e[1] }).collect();
-        Self { edges, at }
+        Self { edges, centres }
     }
 }
 
@@ -409,7 +417,7 @@ fn hat_products(n: usize) -> Vec<f64> {
 }
 
 /// Quantities that all bins of the modes share.
-pub(super) struct LowView {
+pub(super) struct LowModes {
     grid: Grid,
     short: Arc<dyn RealToComplex<f64>>,
     long: Arc<dyn RealToComplex<f64>>,
@@ -418,11 +426,11 @@ pub(super) struct LowView {
     step: f64,
 }
 
-impl LowView {
+impl LowModes {
     pub(super) fn new(grid: Grid) -> Self {
         let (n, tau0) = (grid.spacing as f64, grid.tau0);
         let mut planner = Planner::new();
-        let period = smooth(FINE * grid.count);
+        let period = smooth(POINTS_PER_DISTANCE * grid.count);
         let step = 1.0 / (period as f64 * n * tau0);
         let hats = (0..=period)
             .map(|i| {
@@ -479,7 +487,8 @@ impl LowView {
         let last = seen.len() as f64 - 0.5;
         let sums = Running::plain(&seen);
         let cell = |(e, between): (&[f64], &f64)| {
-            let hats = sums.to((e[1] / self.step).min(last)) - sums.to((e[0] / self.step).min(last));
+            let hats = sums.integral_to((e[1] / self.step).min(last))
+                - sums.integral_to((e[0] / self.step).min(last));
             2.0 * (hats * self.step + window.within * between)
         };
         cells.edges.windows(2).zip(between).map(cell).collect()

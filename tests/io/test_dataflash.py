@@ -197,7 +197,7 @@ def test_refused(file):
         (whole[:60], "without data: the file is truncated at byte 0 of 60, inside a message"),
         (definitions("IMU", units=False)[:89], "without data"),
         (b"\xa3\x95\x52" + bytes(300), "without data: .*kind 82, which is not defined"),
-        (whole[:90].replace(b"BBnNZ", b"BBnN\xff"), "a definition that is no text"),
+        (whole[:90].replace(b"BBnNZ", b"BBnN\xff"), "a definition that is not text"),
         (whole[:90].replace(b"BBnNZ", b"BBnNQ"), "FMT defined as 89 bytes with 5 names"),
         (whole[:90].replace(b"BBnNZ", b"BBnN?"), "unknown type '\\?'"),
     ):

@@ -72,7 +72,7 @@ fn parse_kind(body: &[u8]) -> Result<DataFlashKind, String> {
     let (Some(name), Some(letters), Some(labels)) =
         (text(&body[2..6]), text(&body[6..22]), text(&body[22..]))
     else {
-        return Err("a definition that is no text".into());
+        return Err("a definition that is not text".into());
     };
     let names: Vec<&str> = labels.split(',').filter(|name| !name.is_empty()).collect();
     let mut fields = Vec::new();
@@ -132,7 +132,7 @@ fn scan_until(source: impl Read + Seek, until: u64) -> io::Result<(DataFlashScan
         if header[0] != MARKS[0] || header.len() > 1 && header[1] != MARKS[1] {
             let first = header[0];
             // If the last message ends in the same byte, it may be incomplete.
-            if (first == 0 || first == 0xff) && first != last_byte && only(first, &mut window)? {
+            if (first == 0 || first == 0xff) && first != last_byte && rest_is(first, &mut window)? {
                 scan.filler = Some(first);
                 scan.end = at;
                 break None;
@@ -198,7 +198,7 @@ fn scan_until(source: impl Read + Seek, until: u64) -> io::Result<(DataFlashScan
 }
 
 /// Skips the rest of the file; whether all of it is `byte`.
-fn only(byte: u8, window: &mut Window<impl Read + Seek>) -> io::Result<bool> {
+fn rest_is(byte: u8, window: &mut Window<impl Read + Seek>) -> io::Result<bool> {
     loop {
         let rest = window.ahead(1)?;
         if rest.is_empty() {

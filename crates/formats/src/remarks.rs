@@ -5,7 +5,7 @@
 const MAX_HEADERS: usize = 16;
 
 /// Number of characters of a header that are kept.
-const QUOTED: usize = 2000;
+const MAX_HEADER: usize = 2000;
 
 /// Comments after the first row of data. Lines count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -25,7 +25,7 @@ impl Remarks {
             self.first_row = if self.rows == 0 { line } else { self.first_row };
             self.rows += 1;
         } else if fields == columns && numbers == 0 && self.headers.len() < MAX_HEADERS {
-            let text = String::from_utf8_lossy(text).chars().take(QUOTED).collect();
+            let text = String::from_utf8_lossy(text).chars().take(MAX_HEADER).collect();
             self.headers.push((line, text));
         }
     }

@@ -7,14 +7,14 @@ use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 
 use crate::table::TextError;
 
-/// A longer line is not a sentence.
-const LONGEST: u64 = 1 << 12;
+/// Longest sentence. \[bytes\]
+const MAX_SENTENCE: u64 = 1 << 12;
 
 /// Number of broken lines that are described.
-const DESCRIBED: usize = 5;
+const MAX_DESCRIBED: usize = 5;
 
 /// Optional fields after those of the sentence: count of synchronisation pulses, or time since the last one.
-const APPENDED: [u8; 2] = *b"ST";
+const OPTIONAL_FIELDS: [u8; 2] = *b"ST";
 
 /// The sentences with one name.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -64,7 +64,7 @@ pub fn read_sentences(
     let mut run = (0, 0);
     loop {
         line.clear();
-        let ended_early = match reader.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
+        let ended_early = match reader.by_ref().take(MAX_SENTENCE).read_until(b'\n', &mut line) {
             Ok(_) => false,
             Err(e) => match e.kind() {
                 ErrorKind::UnexpectedEof => true,
@@ -95,8 +95,8 @@ pub fn read_sentences(
             if let Err(reason) = outcome {
                 collected.broken += 1;
                 collected.inner += usize::from(collected.rows > 0);
-                collected.cut = !whole && (line.len() as u64) < LONGEST;
-                if collected.examples.len() < DESCRIBED {
+                collected.cut = !whole && (line.len() as u64) < MAX_SENTENCE;
+                if collected.examples.len() < MAX_DESCRIBED {
                     collected.examples.push((number, reason));
                 }
             } else {
@@ -133,7 +133,7 @@ impl Sentences {
                         .map_err(|_| format!("{:?} is not a number", String::from_utf8_lossy(part)))?;
                     values[place] = value;
                 }
-            } else if !part.first().is_some_and(|b| APPENDED.contains(b)) {
+            } else if !part.first().is_some_and(|b| OPTIONAL_FIELDS.contains(b)) {
                 return Err(format!("more than {fields} fields"));
             }
             got += 1;
@@ -167,7 +167,7 @@ fn checked(text: &[u8]) -> Result<&[u8], String> {
         Ok(body)
     } else {
         let digits = written.len();
-        Err(format!("checksum {}, {sum:0digits$X} by its bytes", String::from_utf8_lossy(written)))
+        Err(format!("checksum {}, but {sum:0digits$X} from its bytes", String::from_utf8_lossy(written)))
     }
 }
 

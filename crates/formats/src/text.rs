@@ -14,10 +14,10 @@ use crate::source::open;
 use crate::table::{Dialect, Table, TextError};
 
 /// Longest accepted line, and size of the pieces of a stream. \[bytes\]
-pub(crate) const LONGEST: usize = 1 << 20;
+pub(crate) const MAX_LINE: usize = 1 << 20;
 
 /// Smallest part of a piece that is worth a separate thread. \[bytes\]
-const PART: usize = 1 << 16;
+const MIN_PART: usize = 1 << 16;
 
 /// Reads the wanted columns of a table from a stream.
 ///
@@ -42,7 +42,7 @@ pub fn read_columns(
     exact: Option<usize>,
 ) -> Result<Table, TextError> {
     let layout = Layout::new(dialect, wanted, exact);
-    read_stream(reader, &layout, LONGEST, PART)
+    read_stream(reader, &layout, MAX_LINE, MIN_PART)
 }
 
 /// Reads the wanted columns of a table from a file, see [`read_columns`].

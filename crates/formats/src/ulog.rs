@@ -145,7 +145,7 @@ impl<R: Read + Seek> Walk<R> {
     }
 
     /// Skips a message.
-    fn pass(&mut self, size: usize) {
+    fn skip_message(&mut self, size: usize) {
         self.window.skip(3 + size);
     }
 
@@ -275,7 +275,7 @@ fn scan_until(source: impl Read + Seek, until: u64) -> Result<(UlogScan, u64), U
         }
         last = at;
         scan.messages += 1;
-        walk.pass(size);
+        walk.skip_message(size);
     }
     scan.end = walk.window.at();
     Ok((scan, last))
@@ -311,7 +311,7 @@ fn subscribe(payload: &[u8], scan: &mut UlogScan, places: &mut Places) -> Option
     let (instance, name) = (payload[0], &payload[3..]);
     let id = u16::from_le_bytes([payload[1], payload[2]]);
     if !name.iter().all(u8::is_ascii_graphic) {
-        return Some("a topic whose name is no text".into());
+        return Some("a topic whose name is not text".into());
     }
     if let Some(place) = places.of(id) {
         let same = scan.topics[place].instance == instance && scan.topics[place].name == name;
@@ -372,7 +372,7 @@ pub fn ulog_columns(
             Next::Skipped { .. } => continue,
             _ => return Err(io::Error::other("the file changed while it was being read").into()),
         };
-        walk.pass(size);
+        walk.skip_message(size);
     }
     Ok(taken.columns)
 }

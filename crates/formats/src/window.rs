@@ -4,7 +4,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 use crate::progress;
 
-const ROOM: usize = 1 << 18;
+const BUFFER_SIZE: usize = 1 << 18;
 
 pub(crate) struct Window<R> {
     source: R,
@@ -16,7 +16,7 @@ pub(crate) struct Window<R> {
 
 impl<R: Read + Seek> Window<R> {
     pub(crate) fn new(source: R) -> Self {
-        Self { source, buffer: vec![0; ROOM], from: 0, to: 0, at: 0 }
+        Self { source, buffer: vec![0; BUFFER_SIZE], from: 0, to: 0, at: 0 }
     }
 
     /// Position of the window in the file.

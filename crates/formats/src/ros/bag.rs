@@ -1,7 +1,7 @@
 //! ROS 1 bags, version 2.0 (wiki.ros.org/Bags/Format/2.0). A record is the length of its head, a head of named fields, the
 //! length of the data, and the data.
 
-use super::parts::{Channel, End, Fault, LARGEST, Next, Piece, Record};
+use super::parts::{Channel, End, Fault, MAX_LENGTH, Next, Piece, Record};
 use super::source::Source;
 use super::unpack::Compression;
 use std::collections::BTreeMap;
@@ -60,7 +60,7 @@ fn prefixed(data: &[u8]) -> Option<(&[u8], &[u8])> {
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
-/// Reads the mark and the head of the bag; an end if they are missing.
+/// Reads the mark and the head of the bag; returns an end if they are missing.
 pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     let magic = source.take(MAGIC.len() as u64)?;
     if magic != MAGIC {
@@ -78,7 +78,7 @@ pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     };
     source.index = index;
     let Some(length) = length(source)? else { return Ok(Some(cut)) };
-    Ok((length > source.remaining() || !source.pass(length)?).then_some(cut))
+    Ok((length > source.remaining() || !source.skip(length)?).then_some(cut))
 }
 
 /// Reads a length of four bytes; None at the end of the file.
@@ -97,7 +97,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
     let offset = source.at;
     let end = |fault, what: &str| Ok(Next::End(End::new(fault, offset, what)));
     if offset == source.index {
-        let rest = source.take(LARGEST)?;
+        let rest = source.take(MAX_LENGTH)?;
         return Ok(Next::End(if index(&rest).is_some() {
             End::complete()
         } else {
@@ -122,7 +122,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
             else {
                 return end(Fault::Damaged, "the head of a chunk makes no sense");
             };
-            if n > LARGEST || u64::from(size) > LARGEST {
+            if n > MAX_LENGTH || u64::from(size) > MAX_LENGTH {
                 return end(Fault::Damaged, "the length of a chunk makes no sense");
             }
             let packed = source.take(n)?;
@@ -130,7 +130,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
         }
         _ if cut => end(Fault::BrokenOff, "the file ends within a record"),
         MESSAGE | CONNECTION => {
-            if n > LARGEST {
+            if n > MAX_LENGTH {
                 return end(Fault::Damaged, "the length of a record makes no sense");
             }
             let mut record = (bytes.len() as u32).to_le_bytes().to_vec();
@@ -139,7 +139,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
             record.extend(source.take(n)?);
             Ok(Next::Loose(record))
         }
-        INDEX | CHUNK_INFO | BAG_HEADER => Ok(if source.pass(n)? {
+        INDEX | CHUNK_INFO | BAG_HEADER => Ok(if source.skip(n)? {
             Next::Other
         } else {
             Next::End(End::new(Fault::BrokenOff, offset, "the file ends within a record"))
@@ -175,13 +175,13 @@ fn message<'a>(head: &Head<'_>, body: &'a [u8]) -> Option<Record<'a>> {
 }
 
 fn connection(head: &Head<'_>, body: &[u8]) -> Option<Channel> {
-    let header = Head(body);
+    let fields = Head(body);
     Some(Channel {
         id: head.u32(b"conn")?,
         topic: head.text(b"topic")?,
-        type_name: header.text(b"type")?,
+        type_name: fields.text(b"type")?,
         definition_encoding: "ros1msg".to_owned(),
-        definition: header.get(b"message_definition")?.to_vec(),
+        definition: fields.get(b"message_definition")?.to_vec(),
         message_encoding: "ros1".to_owned(),
         messages: 0,
     })
@@ -199,7 +199,7 @@ pub fn summary(mut file: &File) -> Option<Vec<Channel>> {
     file.read_exact(&mut head).ok()?;
     let place = Head(&head).u64(b"index_pos")?;
     let size = file.metadata().ok()?.len().checked_sub(place)?;
-    if place == 0 || size > LARGEST {
+    if place == 0 || size > MAX_LENGTH {
         return None;
     }
     file.seek(SeekFrom::Start(place)).ok()?;

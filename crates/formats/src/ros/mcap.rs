@@ -3,7 +3,7 @@
 //! The `mcap` crate is not used: it trusts lengths inside chunks without a checksum, and allocates declared lengths before
 //! it reads the bytes.
 
-use super::parts::{Channel, End, Fault, LARGEST, Next, Piece, Record, Schema, Schemas};
+use super::parts::{Channel, End, Fault, MAX_LENGTH, Next, Piece, Record, Schema, Schemas};
 use super::source::Source;
 use super::unpack::Compression;
 use std::collections::BTreeMap;
@@ -54,7 +54,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Reads the magic at the start; an end if it is missing.
+/// Reads the magic at the start; returns an end if it is missing.
 pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     let magic = source.take(8)?;
     Ok(match magic.as_slice() {
@@ -85,7 +85,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
             if length > source.remaining() {
                 return broken("the file ends within a record");
             }
-            if length > LARGEST {
+            if length > MAX_LENGTH {
                 return Ok(Next::End(End::new(
                     Fault::Damaged,
                     offset,
@@ -101,7 +101,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
             let end = match declared {
                 None => End::new(Fault::NoEnd, offset, "the file ends within its end mark"),
                 Some(crc) if crc != 0 && crc != before.finalize() => {
-                    End::new(Fault::Damaged, offset, "the checksum of the whole of the data is wrong")
+                    End::new(Fault::Damaged, offset, "the checksum of all data is wrong")
                 }
                 Some(_) => tail(source)?,
             };
@@ -113,7 +113,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
             format!("a record of kind {opcode} among the data"),
         ))),
         _ if length > source.remaining() => broken("the file ends within a record"),
-        _ => Ok(if source.pass(length)? {
+        _ => Ok(if source.skip(length)? {
             Next::Other
         } else {
             Next::End(End::new(Fault::BrokenOff, offset, "the file ends within a record"))
@@ -136,7 +136,7 @@ fn tail(source: &mut Source) -> io::Result<End> {
             if let Some(at) = memchr::memmem::find(&window, MAGIC) {
                 let end = source.at - (window.len() - at - MAGIC.len()) as u64;
                 window.drain(..at + MAGIC.len());
-                return behind(source, end, &window);
+                return bytes_after_end(source, end, &window);
             }
             window.drain(..window.len().saturating_sub(MAGIC.len()));
         }
@@ -145,7 +145,7 @@ fn tail(source: &mut Source) -> io::Result<End> {
 }
 
 /// Classifies the bytes after the end: none, filler of a disk, or another log.
-fn behind(source: &mut Source, end: u64, window: &[u8]) -> io::Result<End> {
+fn bytes_after_end(source: &mut Source, end: u64, window: &[u8]) -> io::Result<End> {
     let remaining = source.length.saturating_sub(end);
     let Some(&first) = window.first() else { return Ok(End::complete()) };
     let same = |bytes: &[u8]| bytes.iter().all(|&byte| byte == first);
@@ -153,21 +153,21 @@ fn behind(source: &mut Source, end: u64, window: &[u8]) -> io::Result<End> {
     while filler {
         let more = source.take(1 << 20)?;
         if more.is_empty() {
-            let what = format!("{remaining} bytes of {first:#x} lie behind the end of the log");
+            let what = format!("{remaining} bytes of {first:#x} follow the end of the log");
             return Ok(End::new(Fault::Filler, end, what));
         }
         filler = same(&more);
     }
     Ok(End::new(
-        Fault::Behind,
+        Fault::BytesAfterEnd,
         end,
-        format!("{remaining} bytes lie behind the end of the log, and are not read"),
+        format!("{remaining} bytes follow the end of the log and are not read"),
     ))
 }
 
 fn chunk(source: &mut Source, offset: u64, length: u64) -> io::Result<Next> {
     let cut = length > source.remaining();
-    if length > LARGEST {
+    if length > MAX_LENGTH {
         let (fault, what) = if cut {
             (Fault::BrokenOff, "the file ends within a chunk")
         } else {
@@ -195,7 +195,7 @@ fn chunk(source: &mut Source, offset: u64, length: u64) -> io::Result<Next> {
     let Some(compression) = Compression::named(name) else {
         return damaged(format!("a chunk is compressed by {:?}", String::from_utf8_lossy(name)));
     };
-    if size > LARGEST {
+    if size > MAX_LENGTH {
         return damaged(format!("a chunk of {size} bytes"));
     }
     let rest = fields.0.len();
@@ -285,7 +285,7 @@ pub fn summary(mut file: &File) -> Option<Vec<Channel>> {
     fields.u64()?;
     let crc = fields.u32()?;
     let size = (length - TAIL as u64).checked_sub(start)?;
-    if start < MAGIC.len() as u64 || size > LARGEST {
+    if start < MAGIC.len() as u64 || size > MAX_LENGTH {
         return None;
     }
     file.seek(SeekFrom::Start(start)).ok()?;
@@ -307,7 +307,7 @@ pub fn summary(mut file: &File) -> Option<Vec<Channel>> {
             Record::Schema(id, schema) => {
                 schemas.insert(id, schema);
             }
-            Record::Message { .. } => return Err("a message behind the data".to_owned()),
+            Record::Message { .. } => return Err("a message after the data".to_owned()),
         }
         Ok(())
     })

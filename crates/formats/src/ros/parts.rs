@@ -1,15 +1,15 @@
-//! Parts of a log of either format: pieces, records, channels, and the end.
+//! Parts of a log, an MCAP file or a ROS 1 bag: pieces, records, channels, and the end.
 
 use super::unpack::Compression;
 use std::collections::BTreeMap;
 
-/// A larger length is damage: writers make chunks of some megabytes. [bytes]
-pub const LARGEST: u64 = 1 << 30;
+/// Largest length that is not damage: writers make chunks of some megabytes. [bytes]
+pub const MAX_LENGTH: u64 = 1 << 30;
 
 /// A series of messages of one topic and type.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Channel {
-    /// Number in its messages.
+    /// Number by which its messages name it.
     pub id: u32,
     /// Topic.
     pub topic: String,
@@ -36,7 +36,7 @@ pub struct Schema {
     pub data: Vec<u8>,
 }
 
-/// A record that is evaluated.
+/// A record of a kind that is used.
 pub enum Record<'a> {
     Message { channel: u32, time: u64, data: &'a [u8] },
     Channel(Channel),
@@ -55,7 +55,7 @@ pub enum Fault {
     /// Some part of the file is invalid.
     Damaged,
     /// The log is complete, and other bytes follow.
-    Behind,
+    BytesAfterEnd,
     /// The log is complete, and zeros or 0xff follow.
     Filler,
     /// The chunks unpack to more bytes than are allowed.
@@ -100,7 +100,7 @@ pub enum Next {
     Piece(Piece),
     /// Bytes of a record outside chunks, with its head.
     Loose(Vec<u8>),
-    /// A record without numbers.
+    /// A record of a kind that is not used.
     Other,
     /// The end of the data.
     End(End),

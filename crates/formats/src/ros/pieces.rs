@@ -12,8 +12,8 @@ use std::io;
 use std::path::Path;
 
 /// Largest total size of several chunks that are unpacked in parallel. [bytes]
-const TOGETHER: usize = 1 << 26;
-const MANY: usize = 16;
+const MAX_PARALLEL_BYTES: usize = 1 << 26;
+const MAX_PARALLEL_CHUNKS: usize = 16;
 
 /// The two formats.
 #[derive(Clone, Copy)]
@@ -126,7 +126,7 @@ impl Walk {
         let mut batch: Vec<Piece> = Vec::new();
         let mut size = 0;
         let mut open = false; // The last piece is a stretch of records outside chunks.
-        while (batch.len() < MANY || open) && size < TOGETHER {
+        while (batch.len() < MAX_PARALLEL_CHUNKS || open) && size < MAX_PARALLEL_BYTES {
             let offset = self.source.at;
             let next = match self.container {
                 Container::Mcap => mcap::next(&mut self.source)?,
@@ -141,7 +141,7 @@ impl Walk {
                 Next::Loose(bytes) => {
                     size += bytes.len();
                     match batch.last_mut() {
-                        Some(piece) if open && piece.size < TOGETHER / MANY => {
+                        Some(piece) if open && piece.size < MAX_PARALLEL_BYTES / MAX_PARALLEL_CHUNKS => {
                             piece.packed.extend_from_slice(&bytes);
                             piece.size += bytes.len();
                         }
@@ -153,8 +153,10 @@ impl Walk {
                             batch.push(piece);
                         }
                     }
-                    open =
-                        batch.len() < MANY || batch.last().is_some_and(|piece| piece.size < TOGETHER / MANY);
+                    open = batch.len() < MAX_PARALLEL_CHUNKS
+                        || batch
+                            .last()
+                            .is_some_and(|piece| piece.size < MAX_PARALLEL_BYTES / MAX_PARALLEL_CHUNKS);
                 }
                 Next::Other => {}
                 Next::End(end) => return Ok((batch, Some(end))),

@@ -1,6 +1,6 @@
 //! Sequential reading of a file, with position and checksum.
 
-use super::parts::LARGEST;
+use super::parts::MAX_LENGTH;
 use crate::progress;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -30,7 +30,7 @@ impl Source {
 
     /// The next bytes, or fewer at the end of the file; only existing bytes are allocated.
     pub fn take(&mut self, n: u64) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::with_capacity(n.min(self.remaining()).min(LARGEST) as usize);
+        let mut bytes = Vec::with_capacity(n.min(self.remaining()).min(MAX_LENGTH) as usize);
         (&mut self.file).take(n).read_to_end(&mut bytes)?;
         self.at += bytes.len() as u64;
         progress::count(bytes.len());
@@ -39,7 +39,7 @@ impl Source {
     }
 
     /// Skips bytes; false if the file ends first.
-    pub fn pass(&mut self, mut n: u64) -> io::Result<bool> {
+    pub fn skip(&mut self, mut n: u64) -> io::Result<bool> {
         while n > 0 {
             let got = self.take(n.min(1 << 20))?.len() as u64;
             if got == 0 {

@@ -61,11 +61,11 @@ pub fn unpack(
 /// Decompresses a single message (Zstandard); None if it is damaged or larger than 64 MiB.
 #[must_use]
 pub fn message(packed: &[u8]) -> Option<Vec<u8>> {
-    const MOST: usize = 1 << 26;
+    const MAX_BYTES: usize = 1 << 26;
     let mut data = Vec::new();
     let reader = zstd::stream::read::Decoder::with_buffer(packed).ok()?;
-    drain(reader, MOST, &mut data).ok()?;
-    (data.len() <= MOST).then_some(data)
+    drain(reader, MAX_BYTES, &mut data).ok()?;
+    (data.len() <= MAX_BYTES).then_some(data)
 }
 
 /// Memory grows with the bytes that are read: a declared size alone allocates nothing.

@@ -7,9 +7,9 @@ use crate::table::Delimiter;
 /// Words for a missing number in lower case, which are read as NaN.
 const MISSING: [&[u8]; 9] = [b"", b"na", b"n/a", b"nan", b"null", b"none", b"nil", b"-nan", b"+nan"];
 
-/// A longer field is checked even if it is not wanted: damage that removes line ends may leave a line with the right number
-/// of fields, made of the beginning of one line and the end of another. \[bytes\]
-pub(super) const LONG: usize = 64;
+/// Length above which a field is checked even if it is not wanted: damage that removes line ends may leave a line with
+/// the right number of fields, made of the beginning of one line and the end of another. \[bytes\]
+pub(super) const LONG_FIELD: usize = 64;
 
 /// A field that is not a number; the caller adds its place.
 pub(super) struct NotANumber;

@@ -2,14 +2,14 @@
 
 use memchr::memmem;
 
-use super::field::{LONG, bare, count, field_end, is_missing, is_space, number, trim, trim_with};
+use super::field::{LONG_FIELD, bare, count, field_end, is_missing, is_space, number, trim, trim_with};
 use super::layout::Layout;
 use super::store::Rows;
 use crate::date;
 use crate::table::{Delimiter, TextError};
 
 /// Number of characters of a field that an error quotes.
-const QUOTED: usize = 40;
+const QUOTED_LENGTH: usize = 40;
 
 /// Value of a missing integer, as `NaT` in NumPy.
 pub(super) const NO_INTEGER: i64 = i64::MIN;
@@ -191,7 +191,8 @@ impl Rows {
     }
 
     /// Reads a field as an integer; at the first value that is not an integer, the exact column is dropped. A missing
-    /// value is [`NO_INTEGER`], so that an empty field does not drop the column, with the last digits of its values.
+    /// value is [`NO_INTEGER`], so that an empty field does not cost the column, and with it the last digits of the
+    /// values.
     fn integer(&mut self, field: &[u8]) {
         if let Some(integers) = &mut self.integers {
             match std::str::from_utf8(field).ok().and_then(|text| text.parse().ok()) {
@@ -228,14 +229,14 @@ impl Rows {
 
     /// Refuses a long field that is not text.
     fn check_text(&self, column: usize, field: &[u8]) -> Result<(), TextError> {
-        let text = field.len() <= LONG
+        let text = field.len() <= LONG_FIELD
             || (std::str::from_utf8(field).is_ok() && !field.iter().any(|&b| b < b' ' && b != b'\t'));
         if text { Ok(()) } else { Err(self.fault(column, field)) }
     }
 
     fn fault(&self, column: usize, field: &[u8]) -> TextError {
         let (line, row) = (self.lines, self.done);
-        let text = String::from_utf8_lossy(trim(field)).chars().take(QUOTED).collect();
+        let text = String::from_utf8_lossy(trim(field)).chars().take(QUOTED_LENGTH).collect();
         TextError::NotANumber { line, row, column, text }
     }
 }

@@ -21,7 +21,7 @@ pub(crate) struct Rows {
 }
 
 impl Layout<'_> {
-    /// Has no rows yet; `at_start` if the next lines are the first ones of the file.
+    /// No rows yet; `at_start`: whether the next lines are the first ones of the file.
     pub(crate) fn rows(&self, at_start: bool) -> Rows {
         Rows {
             columns: vec![Vec::new(); self.wanted],

@@ -49,7 +49,7 @@ _LONGEST_LINE = 1 << 20  # longest line [bytes]
 
 _PRINTABLE = bytes([*b"\t\n\r\f", *range(32, 256)])
 _MANY_BAD = 16  # a piece with more bad lines is read line by line
-_MOST_BLOCKS = 4096  # largest number of mean intervals in memory
+_MAX_BLOCKS = 4096  # largest number of mean intervals in memory
 _GAP = 20  # interval between stamps that is a gap, as in `sigmatau.io.read.time.stamps` [sample intervals]
 
 
@@ -187,9 +187,9 @@ class Live:
         body = b"".join(split_lines(head)[layout.skip_lines :])
         stamps, bad = np.empty(0), list[str]()
         if choice.time is not None:
-            time_place = self._wanted().index(choice.time)
+            time_place = self._wanted_columns().index(choice.time)
             # Always the same lines: the rate must not depend on how the input arrives.
-            good, bad = self._good(b"".join(split_lines(body)[:_FIRST_LINES]))
+            good, bad = self._good_columns(b"".join(split_lines(body)[:_FIRST_LINES]))
             good = [part for columns in good for part in without_absurd(columns, bad)]
             self._repeats = has_repeated_rows(good, time_place)
             good = [without_repeats(columns, None) if self._repeats else columns for columns in good]
@@ -204,12 +204,12 @@ class Live:
             self.rate *= (len(stamps) - 1 + len(bad)) / (len(stamps) - 1)
         return body
 
-    def _wanted(self) -> tuple[int, ...]:
+    def _wanted_columns(self) -> tuple[int, ...]:
         assert self._choice is not None
         time = () if self._choice.time is None else (self._choice.time,)
         return tuple(dict.fromkeys((*self._choice.channels.values(), *time)))
 
-    def _good(self, lines: bytes) -> tuple[list[list[NDArray[np.float64]]], list[str]]:
+    def _good_columns(self, lines: bytes) -> tuple[list[list[NDArray[np.float64]]], list[str]]:
         """Columns of the stretches between unreadable lines, and the reasons why those cannot be read."""
         good: list[list[NDArray[np.float64]]] = []
         bad: list[str] = []
@@ -238,16 +238,16 @@ class Live:
 
     def _parse(self, lines: bytes) -> list[NDArray[np.float64]]:
         assert self._layout is not None
-        return read_rows(lines, self._layout, self._wanted()).columns
+        return read_rows(lines, self._layout, self._wanted_columns()).columns
 
     def _numbers(self, lines: bytes, *, last: bool) -> NDArray[np.float64]:
         assert self._choice is not None
-        good, bad = self._good(lines)
+        good, bad = self._good_columns(lines)
         good = [part for columns in good for part in without_absurd(columns, bad)]
         self.lost += len(bad)
         self.lost_example = bad[-1] if bad else self.lost_example
         good = self._skip_repeats(good) if self._repeats else good
-        wanted = self._wanted()
+        wanted = self._wanted_columns()
         place_by_column = {index: k for k, index in enumerate(wanted)}
         channels = self._choice.channels
         rows = [np.stack([columns[place_by_column[index]] for index in channels.values()], axis=1) for columns in good]
@@ -316,7 +316,7 @@ class Live:
         whole = len(held) // self._block * self._block
         self._blocks += held[:whole].reshape(-1, self._block).mean(axis=1).tolist()
         self._pending = held[whole:]
-        while len(self._blocks) > _MOST_BLOCKS:
+        while len(self._blocks) > _MAX_BLOCKS:
             if len(self._blocks) % 2:
                 self._pending = np.concatenate((np.full(self._block, self._blocks.pop()), self._pending))
             self._blocks = np.array(self._blocks).reshape(-1, 2).mean(axis=1).tolist()

@@ -75,7 +75,7 @@ class Topic:
     fields : tuple of int
         Positions of these columns among the numbers of a message.
     numbers : tuple of float
-        The numbers of a message without its columns.
+        The numbers of a message, 0 or a constant in the fields of its columns and in those without data.
     definition, definition_1 : str
         The text that defines the message, of ROS 2 and ROS 1.
     md5 : str

@@ -197,7 +197,7 @@ def _check_names(columns: Sequence[tuple[str, str]]) -> None:
         if len(header) > LONGEST_NAME:
             raise DataError(
                 f"the channel {name[:20]!r}… cannot be written: with its unit the name has {len(header)} characters, and"
-                f" {LONGEST_NAME} are the most"
+                f" at most {LONGEST_NAME} are allowed"
             )
         means = match[0] if match else name
         if means in taken:

@@ -250,8 +250,8 @@ def _put_bag_chunk(stream: IO[bytes], topics: Sequence[Topic], connections: byte
         index[:, 0], index[:, 1] = stamps // _NANO, stamps % _NANO
         index[:, 2] = size + records.dtype.itemsize * np.arange(len(stamps))
         count = struct.pack("<I", len(stamps))
-        ends = {"op": b"\x04", "ver": struct.pack("<I", 1), "conn": struct.pack("<I", number), "count": count}
-        indices.append(_bag_record(ends, index.tobytes()))
+        index_fields = {"op": b"\x04", "ver": struct.pack("<I", 1), "conn": struct.pack("<I", number), "count": count}
+        indices.append(_bag_record(index_fields, index.tobytes()))
         blocks.append(records.tobytes())
         size += len(blocks[-1])
     start = stream.tell()

@@ -269,7 +269,7 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
     """
     if asked:
         named = [name for spelled in asked for name in _split(tables, spelled)]
-        return list({table.topic: table for table in (_named(tables, name) for name in named)}.values())
+        return list({table.topic: table for table in (_table_named(tables, name) for name in named)}.values())
     if len(tables) == 1:
         return list(tables)
     wanted = {stream_name(channel) for channel in channels} & set(SI)
@@ -320,7 +320,7 @@ def _split(tables: Sequence[Table], spelled: str) -> list[str]:
     return [name.strip() for name in spelled.split(",") if name.strip()]
 
 
-def _named(tables: Sequence[Table], name: str) -> Table:
+def _table_named(tables: Sequence[Table], name: str) -> Table:
     typed = name.lower()
     with_rows = [table for table in tables if table.rows != 0]
     for same in (

@@ -19,7 +19,7 @@ BINS = 64
 """Number of stretches in the picture of a column."""
 
 _FIRST = 5  # number of first values of a column
-_MOST_COLUMNS = 128  # largest number of columns that are loaded although they are not channels
+_MAX_COLUMNS = 128  # largest number of columns that are loaded although they are not channels
 _MISSING = np.iinfo(np.int64).min
 
 
@@ -57,7 +57,7 @@ class SampledTable:
         """The pictures by column, counted from 0; remaining columns are loaded first, if possible."""
         number = len(self.table.columns)
         absent = [k for k in range(number) if k not in self._samples]
-        if self._samples and absent and number <= _MOST_COLUMNS:
+        if self._samples and absent and number <= _MAX_COLUMNS:
             with contextlib.suppress(DataError):  # a column of words
                 self._loaded(absent, None)
         return self._samples

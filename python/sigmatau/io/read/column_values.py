@@ -26,8 +26,8 @@ Triple = tuple[int, int, int]
 """Columns of x, y and z, counted from 0."""
 
 # largest number of columns of a table whose values are tested; a wider one is a matrix of other data
-_MOST_COLUMNS = 100
-_MOST_TILINGS = 500  # largest number of ways in which the noisy columns are divided into triples
+_MAX_COLUMNS = 100
+_MAX_TILINGS = 500  # largest number of ways in which the noisy columns are divided into triples
 
 _LINE = 0.02  # largest deviation of time stamps from a line, over their span: bunched stamps stay within it
 _REPEATED = 0.6  # largest share of equal neighbours among time stamps: stamps in whole seconds have more
@@ -78,7 +78,7 @@ class Identified:
 def load_columns(table: Table) -> dict[int, NDArray[Any]]:
     """Load the columns that are numbers, by index. If the table cannot be loaded as a whole, they are loaded one by one."""
     wanted = range(len(table.columns))
-    if len(wanted) > _MOST_COLUMNS:
+    if len(wanted) > _MAX_COLUMNS:
         return {}
     try:
         return dict(all_without_absurd(table.load(list(wanted), None).columns))
@@ -119,9 +119,8 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
         if (explained := _sensors([_Tile.measure(t, data) for t in tiles], singles=len(noisy) - 3 * len(tiles)))
         is not None
     }
-    both = {
-        explained for explained in sensors if None not in explained
-    }  # gravity explains these values better than a magnetic field does
+    # An accelerometer explains a triple better than a magnetometer does.
+    both = {explained for explained in sensors if None not in explained}
     sensors = both or sensors
     if len(sensors) != 1:
         return None
@@ -269,13 +268,13 @@ def _tilings(noisy: Sequence[int]) -> Iterator[tuple[Triple, ...]]:
     starts = [k for k, index in enumerate(noisy) if k == 0 or noisy[k - 1] != index - 1]
     runs = [list(noisy[a:b]) for a, b in itertools.pairwise([*starts, len(noisy)])]
     ways = itertools.product(*(list(_tilings_of_run(run)) for run in runs))
-    for tiles in itertools.islice(ways, _MOST_TILINGS):
+    for tiles in itertools.islice(ways, _MAX_TILINGS):
         yield tuple(itertools.chain.from_iterable(tiles))
 
 
 def _tilings_of_run(run: Sequence[int]) -> Iterator[tuple[Triple, ...]]:
     triples, singles = divmod(len(run), 3)
-    for places in itertools.islice(itertools.combinations(range(triples + singles), singles), _MOST_TILINGS):
+    for places in itertools.islice(itertools.combinations(range(triples + singles), singles), _MAX_TILINGS):
         tiles, start = list[Triple](), 0
         for place in range(triples + singles):
             if place in places:

@@ -39,7 +39,7 @@ class ColumnChoice:
     notes: tuple[str, ...] = ()  # Decisions, listed in the provenance of the record
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
     split: SplitStamp | None = None  # Both columns of split time stamps; the first one is also `time`
-    # Other columns with the name of a time if the user does not name one, or the time column that `channels` ignores
+    # Further columns that look like a time: those not chosen, or the one that `channels` with time=none ignores
     other_times: tuple[int, ...] = ()
 
     @property
@@ -67,11 +67,11 @@ def choose(
     """Assign columns to channels, as the user names them or else by column names.
 
     `asked`: column by channel, see `sigmatau.io.read.read`; `increments`: whether increments are read if a log has rates
-    too; `ask`: builds the question that is raised if no name is known; `without_times`: columns that are not time, whatever
-    their name.
+    too; `ask`: builds the error that asks the user if no name is known; `without_times`: columns that are not time,
+    whatever their name.
     """
     matches = recognise(columns)
-    matches, kind_notes = _drop_second_kind(columns, matches, increments=increments)
+    matches, kind_notes = _drop_rates_or_increments(columns, matches, increments=increments)
     without = asked is not None and no_time(columns, asked)
     chosen = ColumnChoice()
     if asked:
@@ -147,7 +147,7 @@ def channels_hint(channels: Mapping[str, int]) -> Hint:
     return Hint("channels", value=places)
 
 
-def _drop_second_kind(
+def _drop_rates_or_increments(
     columns: Sequence[Column], matches: list[tuple[str, str | None] | None], *, increments: bool
 ) -> tuple[list[tuple[str, str | None] | None], tuple[str, ...]]:
     """Remove the increments of channels that also have rates, or the rates if increments are asked for. Return a note
@@ -165,11 +165,11 @@ def _drop_second_kind(
     names = ", ".join(columns[i].name for i in dropped)
     what = ("rates", "increments") if increments else ("increments", "rates")
     remaining = [None if i in dropped else match for i, match in enumerate(matches)]
-    return remaining, (f"{names} not read: {what[0]} beside {what[1]}",)
+    return remaining, (f"{names} not read: {what[0]} of channels that also have {what[1]}",)
 
 
 def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> None:
-    """Raise `OptionError` if the axes of a sensor belong to two IMUs."""
+    """Raise `OptionError` if the axes of a sensor belong to different IMUs."""
     for sensor in ("gyro", "accel"):
         axes = {channel: index for channel, index in channels.items() if channel.startswith(sensor)}
         devices = {match[0] if (match := _IMU.search(columns[i].name.lower())) else "" for i in axes.values()}

@@ -1,4 +1,4 @@
-"""Read a measured density from a table: its columns, its unit and its sides. A missing statement is a question to the
+"""Read a measured density from a table: columns, unit, one- or two-sided. What the table does not state is asked of the
 user.
 """
 
@@ -174,7 +174,7 @@ class _DensityUnit:
     """The unit of a density or of its root."""
 
     rate_unit: str  # rad/s, m/s^2, or that of another signal
-    factor: float  # One unit of the rate, in this unit
+    factor: float  # This unit of the rate, in `rate_unit`
     is_root: bool  # Whether the values are roots of a density, in unit/√Hz
     is_walk: bool = False  # Whether the values are a random walk, in unit/√h: the root of the two-sided density
 

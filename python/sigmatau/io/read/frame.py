@@ -184,7 +184,7 @@ def _labelled(name: str, variable: Any, samples: Any, array: NDArray[Any]) -> It
         yield name, array
         return
     for k, label in enumerate(labels):
-        # the whole name of a column of an array without a name: gyro_x
+        # an array without a name: its labels are the names, gyro_x
         whole = len(str(label)) > 1 and name == "signal"
         yield str(label) if whole else f"{name}_{label}", array[:, k]
 

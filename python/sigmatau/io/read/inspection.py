@@ -30,7 +30,7 @@ from sigmatau.record.sampling import RateSource
 from sigmatau.results import Printed, duration_text, lines_text, plain
 
 _LISTED = 40
-_FEWEST_IN_ONE_LINE = 3  # smallest number of elements of an array that share a line
+_MIN_IN_ONE_LINE = 3  # smallest number of elements of an array that share a line
 _ELEMENT = re.compile(r"(.+)\[(\d+)\]")
 
 
@@ -208,15 +208,15 @@ def _runs(columns: Sequence[ColumnInfo]) -> list[tuple[str, str, ColumnInfo]]:
             and columns[end].name == f"{base}[{first + end - start}]"
         ):
             end += 1
-        if end - start < _FEWEST_IN_ONE_LINE:
-            lines += [(str(k + 1), _shown(columns[k]), columns[k]) for k in range(start, end)]
+        if end - start < _MIN_IN_ONE_LINE:
+            lines += [(str(k + 1), _column_text(columns[k]), columns[k]) for k in range(start, end)]
         else:
             lines.append((f"{start + 1}:{end}", f"{columns[start].name} … [{first + end - start - 1}]", columns[start]))
         start = end
     return lines
 
 
-def _shown(column: ColumnInfo) -> str:
+def _column_text(column: ColumnInfo) -> str:
     return f"{column.name} ({column.first} …)".lstrip() if column.first else column.name
 
 

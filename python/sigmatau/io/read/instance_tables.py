@@ -128,7 +128,7 @@ def _take_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
     return replace(part, columns=columns, notes=(*part.notes, *notes), kind=kind)
 
 
-_LEAST_ROWS = 16  # number of rows needed to identify columns without names
+_MIN_ROWS = 16  # number of rows needed to identify columns without names
 _ALWAYS = 0.999  # smallest share of the intervals in which a clock goes forward
 _GRAVITY = ((0.85, 1.15), (9.0, 10.5), (900.0, 1100.0))  # length of three means [g, m/s^2, mg]
 _SCATTER = 0.05  # largest standard deviation of an axis at rest, over the size of gravity
@@ -191,7 +191,7 @@ def _axes_by_values(
     columns renamed.
     """
     named = list(columns)
-    if len(values) < _LEAST_ROWS:
+    if len(values) < _MIN_ROWS:
         return None, named
     signals, clocks = [], []
     for k, column in enumerate(values.T[: len(columns)]):

@@ -37,7 +37,7 @@ _SENSOR_WORDS = (
 _MIN_RUNS = 5  # smallest number of runs of rows of each kind in the head
 _REGULAR_RUNS = 0.95  # share of the runs up to twice the median: a fair random flag has 0.88
 _SMALLEST_SHIFT = 0.3  # smallest difference of two means, over the scatter of the rows of one kind
-# smallest shift over its standard error, which differences of neighbours make 1.4 times too small
+# smallest shift in standard errors; from differences of neighbours, the error is 1.4 times too small
 _SHIFT_ERRORS = 8.0
 _MIN_DISTINCT = 5  # smallest number of distinct values of a signal in the rows of one kind
 _MIN_COLUMNS = 2  # smallest number of columns whose means or scatters must differ
@@ -57,7 +57,7 @@ _single_sensor = ContextVar("single_sensor", default=False)
 
 @contextmanager
 def state_single_sensor(*, single: bool) -> Iterator[None]:
-    """State whether all rows are of a single sensor, even if a column counts, for the readers that are called in the
+    """State whether all rows are of a single sensor, even if a column looks like its number, for the readers in the
     block.
     """
     token = _single_sensor.set(single)

@@ -112,7 +112,7 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
         ros_imu=any(column.name.strip() == ROS_IMU for column in columns),
         ros_paths=_is_ros_imu(columns),
         phone=not any(key.startswith("angular_vel") for key in keys),
-        turns=any(map(ANGLE_INCREMENTS.match, keys)),
+        angle_increments=any(map(ANGLE_INCREMENTS.match, keys)),
     )
     matches = [_match(column, key, log) for column, key in zip(columns, keys, strict=True)]
     return _by_unit_of_axes(columns, keys, _without_linear(keys, matches))
@@ -127,7 +127,7 @@ class _Log:
     ros_imu: bool  # Whether the columns are those of ``rostopic echo -p``
     ros_paths: bool  # Whether the log has both vectors of a sensor_msgs/Imu as paths
     phone: bool  # Whether linear accelerations are without gravity, as on phones
-    turns: bool  # Whether the log has increments of angle
+    angle_increments: bool  # Whether the log has increments of angle
 
     def unit(self, column: Column, sensor: str) -> str | None:
         """The unit of a sensor or of the time that the program or message implies."""
@@ -146,7 +146,7 @@ def _match(column: Column, key: str, log: _Log) -> Match | None:
     name, stated = split_unit(column)
     if temperature_unit(column) or _clock_in_another_unit(column, key) or (log.phone and PHONE_NAMES.match(name)):
         return None
-    if not log.turns and DESIRED_VELOCITY.match(key):
+    if not log.angle_increments and DESIRED_VELOCITY.match(key):
         return None
     if log.program is not None and key in log.program.channels:
         channel = log.program.channels[key]

@@ -24,8 +24,8 @@ class TableOptions:
         metadata=option(
             "Input",
             "Sampling rate in Hz, if the log has no time stamps or they are wrong.",
-            "Default: computed from the time stamps. A rate that contradicts them by more than 10 % needs the time column"
-            " none.",
+            "Default: computed from the time stamps. A rate that differs by more than 10 % from theirs also"
+            " needs time=none in channels.",
             form="rates",
             unit="Hz",
             kind="float or mapping of str to float, optional",
@@ -163,7 +163,7 @@ class ReadOptions(TableOptions):
         default=0,
         metadata=option(
             "Input",
-            "Number of lines to skip at the beginning of a text table; lines of text above a table are found.",
+            "Number of lines to skip at the beginning of a text table; lines of text above a table are skipped anyway.",
             form="count",
             kind="int",
         ),

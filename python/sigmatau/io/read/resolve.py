@@ -202,7 +202,7 @@ def _units(table: Table, choice: ColumnChoice, options: Options) -> tuple[dict[s
 
 
 def _unknown_unit(unknown_units: Mapping[str, str]) -> OptionError:
-    """Build the question for a unit that is stated in the file but not in the table of units. A usual unit must not replace
+    """Build the question for a unit that is stated in the file but not in the table of units. No usual unit may replace
     it.
     """
     first, unit = next(iter(unknown_units.items()))

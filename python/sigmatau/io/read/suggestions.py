@@ -1,4 +1,4 @@
-"""Columns without telling names: read if gravity identifies them, suggested if their values do, otherwise a
+"""Columns whose names do not identify them: read if gravity does, suggested if their values do, otherwise asked in a
 question.
 """
 

@@ -194,11 +194,11 @@ def listing(columns: Sequence[Column]) -> str:
     """The first twelve columns of a file in one line: ``1 't', 2 'wx'``, or with their first numbers if they have no
     names.
     """
-    shown = ", ".join(_shown(i, column) for i, column in enumerate(columns[:_LISTED], 1))
+    shown = ", ".join(_column_text(i, column) for i, column in enumerate(columns[:_LISTED], 1))
     return shown if len(columns) <= _LISTED else f"{shown}, … {len(columns)} in all"
 
 
-def _shown(number: int, column: Column) -> str:
+def _column_text(number: int, column: Column) -> str:
     text = column.name or column.first
     text = text if len(text) <= _WORD else text[: _WORD - 1] + "…"
     if column.name:

@@ -28,10 +28,10 @@ from sigmatau.io.read.time.plausible import RateContradiction, refuse_implausibl
 from sigmatau.io.read.time.split_stamps import join
 from sigmatau.io.read.time.stamps import Timing, later
 from sigmatau.io.read.time.timing import (
+    find_timing,
     jitter_findings,
     missing_in,
-    own_rows,
-    timed,
+    separate_rows_by_stream,
     with_missing,
 )
 from sigmatau.io.read.turn_tables import refuse_interleaved, refuse_shared_times
@@ -66,19 +66,19 @@ def part(table: Table, options: Options) -> Part:
     raw, unwritten = without_unwritten(loaded.columns, choice.time, [table.label(i) for i in range(len(table.columns))])
     loaded = replace(loaded, columns=raw, findings=(*loaded.findings, *unwritten))
     try:
-        return _made(table, options, (choice, *resolved[1:]), loaded)
+        return _make_part(table, options, (choice, *resolved[1:]), loaded)
     except (OptionError, RecordTooShortError):
         raise
     except DataError as error:
         # In a file with known damage the record ends where time goes backwards, if that is before the damage was detected.
         shorter = rows.cut(loaded, choice, table, error, min_rows=MIN_SAMPLES + 1)
         try:
-            return _made(table, options, (choice, *resolved[1:]), shorter)
+            return _make_part(table, options, (choice, *resolved[1:]), shorter)
         except DataError:
             raise rows.with_damage(error, table, loaded.findings) from None
 
 
-def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
+def _make_part(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
     """Build the streams from loaded columns."""
     choice, unit, overruled = resolved
     notes: list[str] = []
@@ -96,7 +96,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     sensors = {name: list(columns.values()) for name, columns in by_stream.items()}
     warmth = () if choice.temperature is None else (choice.temperature.index,)
     missing = with_missing(raw, [*indices, *warmth])
-    exclusive_rows = own_rows(raw, sensors, missing) if missing else {}
+    exclusive_rows = separate_rows_by_stream(raw, sensors, missing) if missing else {}
     if exclusive_rows and choice.time is None and not all(sensor in options.rates for sensor in exclusive_rows):
         raise DataError(
             f"has separate rows for {next(iter(exclusive_rows))}, without time stamps; name them with {TIME_COLUMN}, or"
@@ -110,7 +110,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         channel: index
         for channel, index in choice.channels.items()
         if index in missing
-        and np.isnan(raw[index][exclusive_rows.get(stream_name(channel), slice(None))]).mean() > _MOST_EMPTY
+        and np.isnan(raw[index][exclusive_rows.get(stream_name(channel), slice(None))]).mean() > _MAX_EMPTY
     }
     if 0 < len(mostly) < len(choice.channels):  # one bad channel must not make the log unusable
         choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in mostly})
@@ -130,11 +130,11 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     times: list[Timing] = []
     for name, columns in by_stream.items():
         if name in exclusive_rows:
-            timing = timed(
+            timing = find_timing(
                 table, choice, raw, unit.get("time"), options.for_streams([name]), name, exclusive_rows[name]
             )
         else:
-            shared = shared or timed(table, choice, raw, unit.get("time"), in_all_rows)
+            shared = shared or find_timing(table, choice, raw, unit.get("time"), in_all_rows)
             timing = shared
         rate = (options.for_streams([name]) if name in exclusive_rows else in_all_rows).rate
         slow = () if rate is not None else _check_rate(name, table, choice, timing, rows)
@@ -156,7 +156,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         streams.append(
             make_stream(
                 name,
-                {channel: timing.laid(raw[index]) for channel, index in columns.items()},
+                {channel: timing.put_on_grid(raw[index]) for channel, index in columns.items()},
                 rate=timing.rate,
                 unit=unit,
                 kind=options.input,
@@ -180,7 +180,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     )
     if choice.temperature is not None:
         index = choice.temperature.index
-        shared = shared or timed(table, choice, raw, unit.get("time"), in_all_rows)
+        shared = shared or find_timing(table, choice, raw, unit.get("time"), in_all_rows)
         warm, noted = temperature_stream(table.label(index), choice.temperature, raw, shared, missing=index in missing)
         streams += warm
         notes = [*notes, noted]
@@ -282,7 +282,7 @@ def find_rate(
     """Sampling rate from the option or the first stamps, its source, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
     options = options.for_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
-    timing = timed(table, replace(choice, channels={}), raw, spelled, options)
+    timing = find_timing(table, replace(choice, channels={}), raw, spelled, options)
     return timing.rate, timing.source, timing.on_grid
 
 
@@ -323,7 +323,7 @@ def temperature_stream(
         return (), f"temperature: column {label} is not a temperature in {unit} (median {median:.4g} °C)"
     try:
         stream = make_temperature(
-            timing.laid(column),
+            timing.put_on_grid(column),
             thermometer.unit or CELSIUS,
             rate=timing.rate,
             grid_source=timing.source,
@@ -337,9 +337,9 @@ def temperature_stream(
     return (stream,), f"temperature from column {label}, {how}"
 
 
-_MOST_EMPTY = 0.5  # share of empty rows above which a channel is not read, if there are other channels
+_MAX_EMPTY = 0.5  # share of empty rows above which a channel is not read, if there are other channels
 _MIN_ROWS = 8  # shortest run of rows that are 0 in all columns
-# smallest ratio of its length to the longest earlier run of zeros: coarse counts at rest are sometimes 0
+# smallest ratio of its length to that of the longest earlier run: coarse counts at rest are sometimes 0
 _RUN_RATIO = 4
 _CHUNK = 1 << 16  # rows that are read at a time
 

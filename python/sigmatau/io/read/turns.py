@@ -23,7 +23,7 @@ _TOLERANCE_ERRORS = 3.0  # the same over the standard error of a mean; both tole
 _ERRORS = 6.0  # means are different if they differ by more than this number of standard errors
 _EXCEPTIONS = 0.1  # share of the intervals that need not fit the groups
 _SHORT = 0.25  # longest interval between two rows of one instant, over the mean interval
-_FEWEST_STEPS = 16  # smallest number of distinct values of a turn in a part: a scatter of at least 3 steps
+_MIN_STEPS = 16  # smallest number of distinct values of a turn in a part: a scatter of at least 3 steps
 # Largest difference of the means of two turns of one sensor, over the scatter: 4 standard errors of a median.
 _SAME_SENSOR = 0.3
 
@@ -107,7 +107,7 @@ def ratio_of_scatters(parts: NDArray[np.float64]) -> NDArray[np.float64]:
         by_turn = np.median(np.where(np.isfinite(scatters), scatters, np.inf), axis=0)  # (turn, channel)
     smallest, largest = by_turn.min(axis=0), by_turn.max(axis=0)
     steps = np.count_nonzero(np.diff(np.sort(parts[0], axis=0), axis=0), axis=0).min(axis=0)
-    fine = (smallest > 0) & np.isfinite(largest) & (steps >= _FEWEST_STEPS)
+    fine = (smallest > 0) & np.isfinite(largest) & (steps >= _MIN_STEPS)
     return np.asarray(np.divide(largest, smallest, out=np.ones_like(largest), where=fine))
 
 
@@ -145,8 +145,8 @@ def shortest_period(means: NDArray[np.float64]) -> int:
     return next((p for p in divisors if np.abs(np.roll(means, p, axis=1) - means).max() <= _SAME_SENSOR), count)
 
 
-_FEWEST_ROWS = 512
-_FEWEST_VALUES = 32  # smallest number of distinct values of an axis that is used: fewer mean a coarse resolution
+_MIN_ROWS = 512
+_MIN_VALUES = 32  # smallest number of distinct values of an axis that is used: fewer mean a coarse resolution
 _AXES = 2  # smallest number of axes in which the groups must differ
 _EMPTY = 0.01  # share of the rows that may lie in the gap between two groups
 _TAIL = 0.08  # share of the rows on each side that is ignored in the search for the gap
@@ -173,13 +173,13 @@ def find_groups(parts: NDArray[np.float64], starts: NDArray[np.intp]) -> Groups 
     `parts`: shape (parts, rows, channels); `starts`: the first row of each part, shape (parts,).
     """
     rows = (starts[:, None] + np.arange(parts.shape[1])).ravel()
-    fine = [len(np.unique(parts[..., k])) >= _FEWEST_VALUES for k in range(parts.shape[2])]
+    fine = [len(np.unique(parts[..., k])) >= _MIN_VALUES for k in range(parts.shape[2])]
     parts = np.where(fine, parts, 0.0)
     x = (parts - parts.mean(axis=1, keepdims=True)).reshape(len(rows), -1)
     finite = np.isfinite(x).all(axis=1)
     x, rows = x[finite], rows[finite]
     scales = x.std(axis=0) if len(x) else np.zeros(0)
-    if len(x) < _FEWEST_ROWS or np.count_nonzero(scales > 0) < _AXES:
+    if len(x) < _MIN_ROWS or np.count_nonzero(scales > 0) < _AXES:
         return None
     relative = x[:, scales > 0] / scales[scales > 0]
     projected = relative @ np.linalg.eigh(relative.T @ relative)[1][:, -1]
@@ -230,8 +230,8 @@ def _is_line(values: NDArray[np.float64], above: NDArray[np.bool_], rows: NDArra
 # The spectra of the sum and of the difference of two series are compared. A share is the power of the sum over the
 # power of both together.
 
-_MOST_BLOCKS = 4096  # largest number of means whose spectra are compared
-_FEWEST_BLOCKS = 64
+_MAX_BLOCKS = 4096  # largest number of means whose spectra are compared
+_MIN_BLOCKS = 64
 _FIRST_EDGE = 3  # upper edge of the first band; the bands above it are octaves
 _TAPER = 0.25  # share of the series at either end that the window tapers
 # variance of a mean share over that of independent shares: the window correlates neighbouring frequencies
@@ -241,7 +241,7 @@ _SHARE_ERRORS = 4.5
 _COMMON_SHARE = 0.65  # smallest mean share of common noise; independent noise has 0.5
 # smallest ratio of the power of a band of slow noise to that of the highest bands, for the sum and the difference
 _SLOW_RISE = 3.0
-_FEWEST_SHARES = 48  # smallest number of shares in bands of slow noise that can show independence: standard error 0.05
+_MIN_SHARES = 48  # smallest number of shares in bands of slow noise that can show independence: standard error 0.05
 # largest deviation of the mean of such shares from 1/2 for independent noise; common slow noise of this rise has 0.28
 _INDEPENDENT = 0.12
 
@@ -253,9 +253,9 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
     NaN.
     """
     n = len(first)
-    size = max(1, n // _MOST_BLOCKS)
+    size = max(1, n // _MAX_BLOCKS)
     blocks = n // size
-    if blocks < _FEWEST_BLOCKS:
+    if blocks < _MIN_BLOCKS:
         return "not measured"
     first, second = (_over_white_noise(_block_means(x, blocks, size)) for x in (first, second))
     noisy = np.isfinite(first).all(axis=0) & np.isfinite(second).all(axis=0)
@@ -275,7 +275,7 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
         powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
         slow.append(shares[low:top, powers > _SLOW_RISE / 2 * high].ravel())
     slow_shares = np.concatenate(slow)
-    if len(slow_shares) >= _FEWEST_SHARES and abs(slow_shares.mean() - 0.5) < _INDEPENDENT:
+    if len(slow_shares) >= _MIN_SHARES and abs(slow_shares.mean() - 0.5) < _INDEPENDENT:
         return "independent"
     return "not measured"
 

@@ -47,7 +47,7 @@ def ask_for_units(
     asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
     gravity = None if "accel" in scaled or kind != "rate" else unit_of_gravity(table, channels)
     accel = (gravity,) if gravity else _OPEN_UNITS["accel"][kind]
-    behind = f"; add {Hint('unit', 'time', 's')} (or ms, us, ns) too" if lacks == "unit of time" else ""
+    time_hint = f"; add {Hint('unit', 'time', 's')} (or ms, us, ns) too" if lacks == "unit of time" else ""
 
     def answer(gyro: str, accel: str, remark: str = "") -> str:
         """The options that state all that is missing."""
@@ -68,10 +68,12 @@ def ask_for_units(
     else:
         as_gyro = f"{Hint('channels', 'gyro', column)} {Hint('unit', 'gyro', 'deg/s')}"
         gyro_hint = f"; if it is a gyro, give {as_gyro}" if column is not None else ""
-        return OptionError(f"{question}{answer('', '')} (any word; 1 for none){hint}{behind}{gyro_hint}", option="unit")
+        return OptionError(
+            f"{question}{answer('', '')} (any word; 1 for none){hint}{time_hint}{gyro_hint}", option="unit"
+        )
     doubt = ". The values do not show which; see the manual of the sensor" if len(ways) > 1 else ""
     return OptionError(
-        f"{question}{' or '.join(ways)}{hint}{behind}{doubt}",
+        f"{question}{' or '.join(ways)}{hint}{time_hint}{doubt}",
         option="unit",
         question=f"does not state the unit of {' and '.join(asked)}{hint}. The values do not show it; see the manual",
     )

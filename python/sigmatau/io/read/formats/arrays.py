@@ -22,7 +22,7 @@ from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.record.record import MIN_SAMPLES
 from sigmatau.record.sampling import RateSource
 
-WIDEST = 64  # Largest number of columns of an array that is read
+MAX_COLUMNS = 64  # Largest number of columns of an array that is read
 _AXES = frozenset("xyzXYZ")
 _LISTED = 8
 _UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
@@ -83,9 +83,9 @@ def squeezed(shape: Sequence[int], *, rows_allowed: bool = False) -> tuple[tuple
         return (n,), False
     if n == 1 and rows_allowed:
         return (k,), True
-    if rows_allowed and n <= WIDEST < k:
+    if rows_allowed and n <= MAX_COLUMNS < k:
         return (k, n), True
-    return ((n, k), False) if 0 < k <= WIDEST else None
+    return ((n, k), False) if 0 < k <= MAX_COLUMNS else None
 
 
 def real_columns(raw: Mapping[int, NDArray[Any]], columns: Sequence[Column]) -> dict[int, NDArray[Any]]:

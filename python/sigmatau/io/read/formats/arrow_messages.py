@@ -32,7 +32,7 @@ def next_unpacked(path: Path, start: int) -> int:
 
 
 def _message(file: BinaryIO) -> tuple[int, int]:
-    """Kind of the next message and the size that its buffers unpack to; the file is then at its end."""
+    """Kind of the next message and the size that its buffers unpack to. Moves the file to the end of the message."""
     (length,) = struct.unpack("<I", file.read(4))
     if length == _CONTINUED:
         (length,) = struct.unpack("<I", file.read(4))
@@ -54,7 +54,7 @@ def _message(file: BinaryIO) -> tuple[int, int]:
 
 
 def _declared(file: BinaryIO, start: int, stored: int) -> int:
-    """Size of a compressed buffer, declared by the number before it; −1 there means that it is not compressed."""
+    """Size of a compressed buffer, declared by the number before it, where −1 means that it is not compressed."""
     if stored < 8 or start < 0:
         return 0
     file.seek(start)

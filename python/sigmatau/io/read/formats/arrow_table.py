@@ -14,7 +14,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.formats.arrays import WIDEST, parts, pick, real_columns
+from sigmatau.io.read.formats.arrays import MAX_COLUMNS, parts, pick, real_columns
 from sigmatau.io.read.formats.damage import fault, first_line
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.io.read.time.dates import NO_STAMP
@@ -51,7 +51,7 @@ def find_numeric_columns(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  #
                 look(inner, path)
         elif (
             pa.types.is_fixed_size_list(kind)
-            and kind.list_size <= WIDEST
+            and kind.list_size <= MAX_COLUMNS
             and (pa.types.is_integer(kind.value_type) or pa.types.is_floating(kind.value_type))
         ):
             for label, part in parts(name, (kind.list_size,)):

@@ -74,7 +74,7 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
 EXPANSION = 100.0
 """Largest size of unpacked content over that of the file, by default; text logs are compressed to a third or a twentieth."""
 
-_LEAST_EXPANDED = 1 << 26  # content up to this size is unpacked whatever its ratio [bytes]
+_MIN_EXPANDED = 1 << 26  # content up to this size is unpacked whatever its ratio [bytes]
 _expansion = ContextVar("expansion", default=EXPANSION)
 
 
@@ -90,7 +90,7 @@ def expansion_limit(times: float | None) -> Iterator[None]:
 
 def largest_expansion(stored: int) -> int:
     """Largest size to which a file of this size may be unpacked. [bytes]"""
-    return int(min(max(_LEAST_EXPANDED, _expansion.get() * stored), 1 << 62))
+    return int(min(max(_MIN_EXPANDED, _expansion.get() * stored), 1 << 62))
 
 
 def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import damage
-from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
+from sigmatau.io.read.formats.arrays import MAX_COLUMNS, Leaf, gather, squeezed
 from sigmatau.io.read.formats.damage import find_mark, first_line, library_faults, refuse_expansion, trailing_bytes
 from sigmatau.io.read.table import Head, Table, need
 
@@ -193,7 +193,7 @@ def loader(
 
 def _unit(item: Any, field: str = "") -> str | None:  # noqa: ANN401
     wanted = [f"{field}_{name}".lower() if field else name for name in _UNITS]
-    for key in list(item.attrs)[:WIDEST]:
+    for key in list(item.attrs)[:MAX_COLUMNS]:
         if key.lower() in wanted and (text := word(item, key)) is not None:
             return text
     return None

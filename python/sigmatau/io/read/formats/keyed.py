@@ -28,7 +28,7 @@ from sigmatau.io.read.formats.keyed_pairs import (
     pair_records,
     yaml_records,
 )
-from sigmatau.io.read.formats.keyed_records import LEAST_RECORDS, SPACES, Records, Value
+from sigmatau.io.read.formats.keyed_records import MIN_RECORDS, SPACES, Records, Value
 from sigmatau.io.read.formats.text_rows import Text
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
@@ -84,7 +84,7 @@ def find_records(head: bytes) -> Records | None:
     skeletons = [_ANY_NUMBER.sub(b"#", GLUED.sub(b" ", line)).strip() for line in lines]
     filled = [k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith(_COMMENTS)]
     paired = [k for k in filled if PAIR.search(lines[k])]
-    if len(paired) < LEAST_RECORDS or 2 * len(paired) < len(filled):
+    if len(paired) < MIN_RECORDS or 2 * len(paired) < len(filled):
         return None
     # The last lines show what repeats; text above the records does not.
     tail = [(skeletons[k], k) for k in filled]
@@ -95,7 +95,7 @@ def find_records(head: bytes) -> Records | None:
             s for s, _ in tail[len(tail) - (alike + 1) * count : len(tail) - alike * count]
         ] == cycle:
             alike += 1
-        if alike >= LEAST_RECORDS and any(PAIR.search(lines[k]) for _, k in tail[-count:]):
+        if alike >= MIN_RECORDS and any(PAIR.search(lines[k]) for _, k in tail[-count:]):
             texts = [skeleton for skeleton, _ in tail]
             # Matching lines above these are records too. Other lines between records are damage, not text above the
             # table.

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sigmatau.io.read.formats.keyed_records import LEAST_RECORDS, MARKS, SPACES, Records, Value
+from sigmatau.io.read.formats.keyed_records import MARKS, MIN_RECORDS, SPACES, Records, Value
 from sigmatau.io.read.formats.text_lines import is_number
 from sigmatau.io.read.names import SPELLED, split_unit
 from sigmatau.io.read.table import Column
@@ -131,7 +131,7 @@ def yaml_records(head: bytes) -> Records | None:
     """Find the layout of YAML documents that all have the names of the first complete one."""
     documents = LOST.sub(b"", head).replace(b"\r", b"").split(DOCUMENT)
     whole = [d for d in documents[:-1] if d.strip()]
-    if len(whole) < LEAST_RECORDS:
+    if len(whole) < MIN_RECORDS:
         return None  # a line of dashes above a table
     first = next((d for d in whole if b":" in d and len(d.translate(SPACES).split()) == _typical(whole)), None)
     if first is None:

@@ -10,7 +10,7 @@ from sigmatau.io.read.table import Column
 
 MARKS = b":=,;|{}[]()\"'<>\t\r"
 SPACES = bytes.maketrans(MARKS, b" " * len(MARKS))
-LEAST_RECORDS = 3  # smallest number of records that must be alike
+MIN_RECORDS = 3  # smallest number of records that must be alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -42,7 +42,7 @@ from sigmatau.io.read.table import FORMATS, Column
 
 _MAX_TRANSPOSED_ROWS = 16  # largest number of rows of a table that has one row per channel
 _MIN_TRANSPOSED_COLUMNS = 512  # smallest number of columns of such a table; no log of a sensor has as many
-_LEAST_SAMPLES = 100  # number of rows that must follow an odd first row
+_MIN_SAMPLES = 100  # number of rows that must follow an odd first row
 # distance of a number from the range of its column, in units of that range, beyond which it is not a sample
 _OUTLYING = 10
 _HEAD_OF_RESULT = 100  # beginning of a JSON of sigmatau that contains its version [characters]
@@ -198,7 +198,7 @@ def _first_sample(rows: list[Line], data: list[Line], delimiter: str | None, col
     above = [line for line in data if headers and line.number < headers[-1].number]
     rest = data[len(above) :] or data
     above = above if data[len(above) :] else []
-    while len(above) < HEADERS and len(rest) > _LEAST_SAMPLES and _is_odd(rest, delimiter, columns):
+    while len(above) < HEADERS and len(rest) > _MIN_SAMPLES and _is_odd(rest, delimiter, columns):
         above, rest = [*above, rest[0]], rest[1:]
     return rest[0], above
 

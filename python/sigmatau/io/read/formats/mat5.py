@@ -35,7 +35,7 @@ _LOGICAL = 0x0200
 _HEADER_OF_VARIABLE = 1 << 12  # sufficient for the header of a variable [bytes]
 _BEST_COMPRESSION = 1100  # the largest ratio that deflate reaches is 1032
 _DEEPEST = 16  # largest depth of nested structs
-_MOST_STRUCTS = 16  # largest number of structs in an array
+_MAX_STRUCTS = 16  # largest number of structs in an array
 
 
 class _BrokenError(Exception):
@@ -258,7 +258,7 @@ def _fields(matrix: _Matrix, names: tuple[str, ...], contents: MatContents, dept
     count = int(np.prod(matrix.dims, dtype=object))
     if not fields or not count:
         return
-    if count > _MOST_STRUCTS:
+    if count > _MAX_STRUCTS:
         contents.skipped.append(f"{'.'.join(names)} ({count} structs)")
         return
     for number in range(count):

@@ -24,7 +24,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     field; times are in nanoseconds.
     """
     kind: logs.LogKind = "mcap" if head.data.startswith(b"\x89MCAP") else "rosbag1"
-    contents = logs.log_contents(str(path), kind, longest=largest_expansion(path.stat().st_size))
+    contents = logs.log_contents(str(path), kind, max_bytes=largest_expansion(path.stat().st_size))
     end = _refuse_expanded(path, contents.end)
     where = f"{end.what} (byte {end.offset})"
     if not contents.channels:
@@ -143,7 +143,7 @@ def _load(
     """Load the columns of a topic."""
     largest = largest_expansion(path.stat().st_size)
     decoded, end = logs.log_messages(
-        str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, longest=largest
+        str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, max_bytes=largest
     )
     _refuse_expanded(path, end)
     if not decoded.rows and end.kind:

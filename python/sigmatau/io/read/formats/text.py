@@ -39,7 +39,7 @@ from sigmatau.record.sampling import STATED
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
 _COPIES = 3  # copies in memory of a file whose cells contain more than numbers
-_MOST_DEVICES = 16  # largest number of devices in one file
+_MAX_DEVICES = 16  # largest number of devices in one file
 # smallest number of lines of a damaged table before the first bytes that are not text; a binary file has fewer
 _MIN_LINES = 16
 
@@ -106,7 +106,7 @@ def _find_blocks(source: Path | bytes, head: Head, beginning: Beginning, lines: 
     except DataError:
         return None  # raised again when the table is read
     devices = np.unique(numbers[np.isfinite(numbers)])
-    if not 1 < len(devices) <= _MOST_DEVICES or np.any(devices % 1):
+    if not 1 < len(devices) <= _MAX_DEVICES or np.any(devices % 1):
         return None
     decimals = kinds.labels[0].partition(".")
     return replace(kinds, labels=tuple(f"{device:.0f}{''.join(decimals[1:])}" for device in devices), are_late=True)

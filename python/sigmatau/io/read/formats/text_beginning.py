@@ -16,7 +16,7 @@ _UTF16 = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "U
 _BOM = b"\xef\xbb\xbf"
 _OVERLAP = 50  # lines that are searched twice, because the names and units of columns are above the samples
 # largest number of parts (256 KiB or 2000 lines) that are searched for a table: 16 MiB of text above it
-_MOST_PREAMBLES = 64
+_MAX_PREAMBLES = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +67,7 @@ def find_first_layout(source: Path | bytes, beginning: Beginning) -> Layout:
     if isinstance(first, Layout) and (last is None or first.fits(last)):
         return first
     searched, skip = first.last, beginning.skip
-    for _ in range(_MOST_PREAMBLES):
+    for _ in range(_MAX_PREAMBLES):
         layout: Layout | None = None
         if searched - skip <= _OVERLAP:
             break

@@ -24,7 +24,7 @@ from sigmatau.io.read.formats.layout import Layout, header_fields
 from sigmatau.io.read.formats.text_lines import COMMENTS, EXCHANGED, bare_fields
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Head, Loaded, RowKind
-from sigmatau.io.read.time.dates import NO_STAMP, ORDERS, DateColumn, continued, find_order, is_ordered
+from sigmatau.io.read.time.dates import NO_STAMP, ORDERS, DateColumn, find_order, is_ordered, unwrap_clock
 from sigmatau.record import memory
 
 _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
@@ -103,7 +103,7 @@ class Text:
             if days is not None:
                 missing = (stamps == NO_STAMP) | (days == NO_STAMP)
                 stamps = np.where(missing, NO_STAMP, stamps + np.where(missing, 0, days))
-        return continued(stamps, date.period)
+        return unwrap_clock(stamps, date.period)
 
     def _order(self, column: int | None) -> DayOrder | None:
         """The order of day and month in a column of dates; None if the column has no dates."""
@@ -192,11 +192,11 @@ class Text:
             lines=lines,
             dates=order,
             max_bytes=self._largest_size(),
-            tag=None if self.kind is None else (self.kind.column, self._in_figures(self.kind.label)),
+            tag=None if self.kind is None else (self.kind.column, self._decoder_form(self.kind.label)),
         )
 
-    def _in_figures(self, text: str) -> str:
-        """A text of the file in the form for the decoder: commas and points are exchanged if numbers have decimal
+    def _decoder_form(self, text: str) -> str:
+        """Convert a text of the file to the form of the decoder: exchange commas and points if numbers have decimal
         commas.
         """
         return text.translate(EXCHANGED) if self.layout.decimal_comma else text

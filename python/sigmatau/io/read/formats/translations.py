@@ -56,7 +56,7 @@ class _Translation:
 
 
 def read_translated(path: Path, head: Head) -> tuple[Table, ...]:
-    """Read the tables of a text that needs a translation; None for other files."""
+    """Read the tables of a text that needs a translation; empty for other files."""
     last = head.data[-_LAST:]
     last = last[last.find(b"\n") + 1 : last.rfind(b"\n") + 1] if not head.whole or len(head.data) > _LAST else last
     chosen = [each for each in _TRANSLATIONS if each.applies(head.data[:_FIRST], last)]

@@ -64,9 +64,7 @@ def _iterate_blocks(source: Path | bytes, encoding: str) -> Iterator[bytes]:
 
 
 def last_line(source: Path | bytes, encoding: str) -> str | None:
-    """The last line of a text that has a line end, or its only line; None for compressed text, which would have to be
-    unpacked.
-    """
+    """The last line with a line end; None if it is the only one, or for compressed text, which would need unpacking."""
     if isinstance(source, Path):
         with source.open("rb") as stream:
             if stream.read(2) == b"\x1f\x8b":

@@ -79,7 +79,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
             stored = path.stat().st_size
             largest = largest_expansion(stored)
             sentences = formats.read_sentences(
-                str(path), name=name, fields=width, wanted=tuple(wanted), longest=largest
+                str(path), name=name, fields=width, wanted=tuple(wanted), max_bytes=largest
             )
         except formats.TextReadError as error:
             if error.kind == "too_large":

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import MissingChunks
-from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, parts
+from sigmatau.io.read.formats.arrays import MAX_COLUMNS, Leaf, gather, parts
 from sigmatau.io.read.formats.damage import fault, first_line, library_faults
 from sigmatau.io.read.table import Table, need
 from sigmatau.record.memory import available
@@ -35,7 +35,7 @@ _UNITS = ("unit", "units")
 _MAX_ARRAYS = 10_000  # largest number of arrays of a store; a log has far fewer
 _BLOCK_BYTES = 1 << 20  # smallest size of a read: a call of the library takes half a millisecond [bytes]
 _KEPT_BLOCKS = 4  # number of decoded blocks of an array in memory: parallel readers read different blocks
-_KEPT_BYTES = 1 << 25  # memory of these blocks beyond one [bytes]
+_KEPT_BYTES = 1 << 25  # largest memory of these blocks, if there are several [bytes]
 
 
 def read(place: str) -> tuple[Table, ...]:
@@ -108,7 +108,7 @@ def _arrays(members: list[tuple[str, Any]]) -> Iterator[tuple[tuple[str, ...], A
         if (
             hasattr(array, "shape")
             and array.dtype.kind in "iuf"
-            and (len(array.shape) == 1 or (len(array.shape) == 2 and 0 < array.shape[1] <= WIDEST))
+            and (len(array.shape) == 1 or (len(array.shape) == 2 and 0 < array.shape[1] <= MAX_COLUMNS))
         ):
             yield tuple(name.split("/")), array
 
@@ -205,7 +205,7 @@ class ChunkedRows(StoredRows):
         self._array, self._scale = array, scale
         self.name = name
         self._whole = array.dtype.kind in "iu"
-        self._blosc = _by_blosc(array)
+        self._blosc = _uses_blosc(array)
         self._twins = [_with_fill(array, fill) for fill in ((0, 1) if self._whole else (math.nan,))]
         with_gaps = self._whole and (getattr(array, "shards", None) is not None or bool(_missing_chunks(array)))
         plain = array.dtype.newbyteorder("=") if scale == (1.0, 0.0) and not with_gaps else np.dtype(np.float64)
@@ -295,7 +295,7 @@ class ChunkedRows(StoredRows):
             yield self._array.metadata.encode_chunk_key(place)
 
 
-def _by_blosc(array: Any) -> bool:  # noqa: ANN401
+def _uses_blosc(array: Any) -> bool:  # noqa: ANN401
     codecs = getattr(array.metadata, "codecs", None) or (getattr(array.metadata, "compressor", None),)
     return "blosc" in type(codecs[-1]).__name__.lower()
 

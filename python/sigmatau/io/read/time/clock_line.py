@@ -15,10 +15,10 @@ BLOCK = 64  # number of stamps whose phase on the grid is averaged
 _JITTER_BLOCKS = 512  # number of blocks from which the jitter is computed
 _PARTS = 10  # number of equal parts of a record whose rates are compared
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
-_LEAST_CHANGE = 1.05  # smallest ratio of the rates for an abrupt change
-_LEAST_SIDE = 16  # smallest number of intervals before and after the change
+_MIN_CHANGE = 1.05  # smallest ratio of the rates for an abrupt change
+_MIN_SIDE = 16  # smallest number of intervals before and after the change
 _EXCEPTIONS = 0.03  # share of the intervals of the shorter side that may be on the wrong side of the threshold
-_LEAST_INDEPENDENT = 3.0  # smallest number of independent stamps in a part: two determine a line without scatter
+_MIN_INDEPENDENT = 3.0  # smallest number of independent stamps in a part: two determine a line without scatter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,15 +78,15 @@ def rate_change(intervals: NDArray[np.float64]) -> tuple[int, float, float] | No
     count.
     """
     n = len(intervals)
-    ends = max(n // 100, _LEAST_SIDE)
+    ends = max(n // 100, _MIN_SIDE)
     before, after = (median(some[:: max(ends // 4096, 1)]) for some in (intervals[:ends], intervals[-ends:]))
-    if not (min(before, after) > 0 and max(before, after) > _LEAST_CHANGE * min(before, after)):
+    if not (min(before, after) > 0 and max(before, after) > _MIN_CHANGE * min(before, after)):
         return None
     later = (intervals < math.sqrt(before) * math.sqrt(after)) == (after < before)
     ahead = np.cumsum(np.where(later, -1, 1))
     change = int(np.argmax(ahead)) + 1
     wrong = np.count_nonzero(later[:change]) + np.count_nonzero(~later[change:])
-    if min(change, n - change) < _LEAST_SIDE or wrong > _EXCEPTIONS * min(change, n - change):
+    if min(change, n - change) < _MIN_SIDE or wrong > _EXCEPTIONS * min(change, n - change):
         return None
     ratios = (
         median(intervals[max(change - BLOCK, 0) : change]) / before,
@@ -106,7 +106,7 @@ def _by_blocks(values: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def finished(
+def make_grid_fit(
     t: NDArray[np.float64],
     places: NDArray[np.int64] | None,
     kind: Literal["grid", "coarse", "host"],
@@ -179,7 +179,7 @@ def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: floa
     """Mean rates of ten parts, from means of blocks; the scatter of the blocks about ten lines gives their error.
     Blocks are not independent if bunches are longer than a block: then a part has `apart` independent blocks.
     """
-    if apart < _LEAST_INDEPENDENT:
+    if apart < _MIN_INDEPENDENT:
         return None
     per = len(rest) // _PARTS
     values, along = (x[: _PARTS * per].reshape(_PARTS, per) for x in (rest, along))

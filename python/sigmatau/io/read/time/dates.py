@@ -63,7 +63,7 @@ def _stamp(text: str) -> formats.Stamp | None:
     return formats.parse_stamp(text, ORDERS[0]) or formats.parse_stamp(text, ORDERS[1])
 
 
-def continued(stamps: NDArray[np.int64], period: int) -> NDArray[np.int64]:
+def unwrap_clock(stamps: NDArray[np.int64], period: int) -> NDArray[np.int64]:
     """Unwrap a clock that begins again after a period: 00:00:00 after 23:59:59 is the next day.
 
     A step back by more than half the period begins the next period. A step ahead by as much returns to the previous
@@ -103,7 +103,7 @@ def parse_stamps(name: str, texts: Sequence[object]) -> NDArray[np.int64]:
     stamps = {order: values for order, values in stamps.items() if np.count_nonzero(values == NO_STAMP) == fewest}
     chosen = stamps[find_order(repr(name), first, stamps)]
     form = _stamp(first)
-    return continued(chosen, _PERIODS[form.form]) if form is not None and form.form in _PERIODS else chosen
+    return unwrap_clock(chosen, _PERIODS[form.form]) if form is not None and form.form in _PERIODS else chosen
 
 
 def find_order(name: str, first: str, stamps: Mapping[DayOrder, NDArray[np.int64]]) -> DayOrder:

@@ -16,24 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.arrays import median
-from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, finished
+from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, make_grid_fit
 
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
 _MAX_PHASES = 1 << 18  # stamps whose phase is computed
-_EVEN_INTERVALS = (0.5, 1.5)  # relative limits of the intervals: no sample is lost if all are inside,
-_EVEN_SCATTER = 0.12  # and the standard deviation of the intervals is less than this share of the mean
+# No sample is lost if all intervals are within relative limits, and their relative standard deviation is small.
+_EVEN_INTERVALS = (0.5, 1.5)  # relative limits of the intervals
+_EVEN_SCATTER = 0.12  # largest standard deviation of the intervals, over their mean
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
 _MAX_SHORT = 0.05  # share of short intervals above which stamps are of a host: jitter of 0.2 intervals makes 0.039
 # Mean resultant length of the phases of a grid: 0.45 for jitter of 0.2 intervals, 0.11 for 64 random phases.
-_LEAST_COHERENCE = 0.4
-_MAX_MOVED = 0.05  # share of stamps that may be closer to a neighbouring place than to their own
+_MIN_COHERENCE = 0.4
+_MAX_MOVED = 0.05  # largest share of stamps that are closer to a neighbouring place than to theirs
 # distance from an integer multiple up to which a difference determines a number of intervals [intervals]
 _NEAR_MULTIPLE = 0.35
-_PAUSE_RARITY = 1000  # stamps of a host have at most one pause in this many intervals,
-_PAUSE_LENGTH = 20.0  # and a pause is at least this many times as long as the other intervals
+_PAUSE_RARITY = 1000  # smallest number of intervals per pause, in stamps of a host
+_PAUSE_LENGTH = 20.0  # smallest length of a pause, over that of the other intervals
 _EQUAL_INTERVALS = 1e-3  # relative difference up to which two intervals count as equal
 _FINE_QUANTILE = 0.15  # quantile of the intervals that belongs to a grid finer than that of the median
-_LEAST_FIT = 0.5  # smallest mean cosine of the intervals for which a grid fits them
+_MIN_FIT = 0.5  # smallest mean cosine of the intervals for which a grid fits them
 _FINER = 0.8  # a finer grid has at most this share of the interval
 _MAX_PAUSES = 64
 # root mean square distance from the grid up to which stamps are of the sensor's clock [intervals]
@@ -43,7 +44,7 @@ _SHARE_ERROR = 0.25  # largest relative error of the share of single intervals, 
 _INTERVAL_CORRELATION = 0.15  # largest correlation of neighbouring intervals, if losses are random
 _COARSE = 2.0  # length of a clock step that alone causes bunches [intervals]
 _ONE_STEP = 1.05  # deviation of evenly spaced samples, with a little jitter, from a line [steps of the clock]
-_LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses must have
+_MIN_PIECE = 0.1  # share of the rows that the longest piece between pauses must have
 
 
 def resolution(intervals: NDArray[Any], largest: float) -> float:
@@ -92,14 +93,14 @@ def fit_grid(
     usual = median(some)
     even = _EVEN_INTERVALS[0] * mean < float(intervals.min()) and float(intervals.max()) < _EVEN_INTERVALS[1] * mean
     if even and float(np.std(some)) < _EVEN_SCATTER * mean:
-        return finished(t, None, "grid", usual, None)
+        return make_grid_fit(t, None, "grid", usual, None)
     if (stairs := _stairs(intervals, t, step)) is not None:
         interval, bound = stairs
         longest = interval if bound == math.inf else interval * (1 + bound)
         interval = (
             stated_interval if stated_interval and interval * (1 - bound) <= stated_interval <= longest else interval
         )
-        coarse = finished(t, None, "coarse", usual, intervals)
+        coarse = make_grid_fit(t, None, "coarse", usual, intervals)
         return replace(coarse, interval=interval, error=bound * interval, drift=None, bound=bound)
     if _even_line(t, intervals, step):
         period = pattern(intervals, step)
@@ -109,23 +110,23 @@ def fit_grid(
         even_stated = bool(stated_interval) and abs(cast("float", stated_interval) / mean - 1) < _EQUAL_INTERVALS
         if stated or (is_loss_pattern(period, n) and not even_stated):
             filled: NDArray[np.int64] = np.rint(t / step).astype(np.int64)
-            return finished(t, filled, "grid", usual, intervals, period=0 if stated else period)
+            return make_grid_fit(t, filled, "grid", usual, intervals, period=0 if stated else period)
         kind_: Literal["grid", "coarse"] = "grid" if intervals.all() else "coarse"
-        return finished(t, None, kind_, usual, intervals, period=0 if even_stated else period)
+        return make_grid_fit(t, None, kind_, usual, intervals, period=0 if even_stated else period)
     kind: Literal["grid", "host"] = "grid"
     lost = _places(t, intervals, usual)
     if lost is None and is_jitter_only(t):
-        return finished(t, None, "grid", usual, intervals)
+        return make_grid_fit(t, None, "grid", usual, intervals)
     if lost is None:
         kind, lost = "host", _pauses(intervals)
     # Random losses are not pauses; there are at most 4 times as many as samples.
     random = kind == "grid" and _scattered(lost) and float(lost[-1] - lost[0]) <= 1.1 * _MAX_LOSSES * n
     start, stop, pieces = (0, n, 1) if random else _longest_piece(lost)
     if not pieces:
-        return finished(t, None, "host", usual, intervals, pieces=0)
+        return make_grid_fit(t, None, "host", usual, intervals, pieces=0)
     lost = lost[start:stop] - lost[start]
     places = np.arange(stop - start) + lost.astype(np.int64) if lost[-1] > 0 else None
-    fitted = finished(t[start:stop], places, kind, usual, intervals[start : stop - 1], start=start, pieces=pieces)
+    fitted = make_grid_fit(t[start:stop], places, kind, usual, intervals[start : stop - 1], start=start, pieces=pieces)
     return fitted if kind == "grid" else _by_ticks(fitted, t[start:stop], intervals[start : stop - 1], step)
 
 
@@ -190,7 +191,7 @@ def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: floa
     if not len(usual):
         return None
     interval = _refined(t, float(usual.mean()))
-    if _cosine(intervals, interval) < _LEAST_FIT:
+    if _cosine(intervals, interval) < _MIN_FIT:
         finer = _finer(t, intervals)
         interval = finer if 0 < finer < _FINER * interval else interval
     if np.count_nonzero(intervals < _SHORT_INTERVAL * interval) > _MAX_SHORT * len(intervals):
@@ -224,7 +225,7 @@ def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
     if not len(typical):
         return 0.0
     interval = _refined(t, float(typical.mean()))
-    return interval if _cosine(intervals, interval) > _LEAST_FIT else 0.0
+    return interval if _cosine(intervals, interval) > _MIN_FIT else 0.0
 
 
 def _lost_at_random(lost: NDArray[np.float64], off: NDArray[np.float64]) -> bool:
@@ -291,7 +292,7 @@ def _phase(late: NDArray[np.float64]) -> NDArray[np.float64] | None:
     angles = late[: blocks * size : stride] if n >= size else late
     per = math.ceil(size / stride)
     turned = np.exp(2j * np.pi * (angles - np.rint(angles)))[: blocks * per].reshape(blocks, -1).mean(axis=1)
-    if float(np.abs(turned).mean()) < _LEAST_COHERENCE:
+    if float(np.abs(turned).mean()) < _MIN_COHERENCE:
         return None
     by_block = np.unwrap(np.angle(turned)) / (2 * np.pi)
     middle = (np.arange(blocks) + 0.5) * size - 0.5
@@ -323,7 +324,7 @@ def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
         border = start + 1 + int(np.argmax(np.diff(lost[start:stop])))
         start, stop = (start, border) if border - start >= stop - border else (border, stop)
         pieces += 1
-    if pieces > 1 and (stop - start < 4 or stop - start < _LEAST_PIECE * len(lost)):
+    if pieces > 1 and (stop - start < 4 or stop - start < _MIN_PIECE * len(lost)):
         return start, stop, 0
     return start, stop, pieces
 
@@ -338,7 +339,7 @@ _MAX_CORRELATION = 0.15
 # The means of two blocks with one block between them differ by a whole interval if a sample is lost. With a jitter of
 # 0.45 alone the difference has a standard deviation of 0.08, and reaches half an interval once in 1e9 blocks.
 _LOST_SAMPLE = 0.5
-_LEAST_BLOCKS = 4
+_MIN_BLOCKS = 4
 
 
 def is_jitter_only(t: NDArray[np.float64]) -> bool:
@@ -350,7 +351,7 @@ def is_jitter_only(t: NDArray[np.float64]) -> bool:
     needed if no sample is lost.
     """
     blocks = len(t) // BLOCK
-    if blocks < _LEAST_BLOCKS:
+    if blocks < _MIN_BLOCKS:
         return False
     rest, interval, _ = about_line(t, np.arange(len(t), dtype=np.float64))
     parts = (rest / interval)[: blocks * BLOCK].reshape(blocks, BLOCK)
@@ -412,15 +413,15 @@ def _correct_by_neighbours(
 
 _MAX_PERIOD = 32  # longest period [rows]; a longer pattern is attributed to a clock coarser than the samples
 # shortest pattern over the square of its period [rows]: the beat of two clocks is not periodic for so long
-_LEAST_LENGTH = 20
-_LEAST_SINGLE = 0.3  # share of intervals that are one interval of the sensor
+_MIN_LENGTH = 20
+_MIN_SINGLE = 0.3  # share of intervals that are one interval of the sensor
 
 
 def pattern(intervals: NDArray[np.float64], step: float) -> int:
     """The period in rows of a pattern of intervals, the shortest of them one step of the clock; 0 if there is no pattern."""
     counts = np.rint(intervals / step)
     single = counts == 1
-    if counts.min() < 1 or np.count_nonzero(single) < _LEAST_SINGLE * len(counts) or single.all():
+    if counts.min() < 1 or np.count_nonzero(single) < _MIN_SINGLE * len(counts) or single.all():
         return 0
     # From the end of one run of single steps to the end of the next.
     ends = np.flatnonzero(single[:-1] & ~single[1:])
@@ -432,4 +433,4 @@ def pattern(intervals: NDArray[np.float64], step: float) -> int:
 
 def is_loss_pattern(period: int, n: int) -> bool:
     """Whether a pattern is too short, in too many stamps, to be the beat of two clocks."""
-    return 0 < period <= _MAX_PERIOD and n >= _LEAST_LENGTH * period**2
+    return 0 < period <= _MAX_PERIOD and n >= _MIN_LENGTH * period**2

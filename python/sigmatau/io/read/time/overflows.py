@@ -13,9 +13,9 @@ from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.stamps import CounterOverflows
 
-# Periods of counters of 16, 24 and 32 bits, also of ticks of 1e-3 and 1e-6 s that are logged in seconds or milliseconds,
+# Periods of counters of 16, 24 and 32 bits, also of ticks of 1e-3 and 1e-6 s logged in seconds or milliseconds.
 _COUNTERS = tuple(2.0**bits * ticks for bits in (16, 24, 32) for ticks in (1.0, 1e-3, 1e-6))
-# and of clocks in s, ms, us and ns: seconds of a minute, an hour, a day and a week.
+# Periods of clocks in s, ms, us and ns: a minute, an hour, a day and a week.
 _CLOCKS = tuple(period * ticks for period in (60.0, 3600.0, 86400.0, 604800.0) for ticks in (1.0, 1e3, 1e6, 1e9))
 _LONGEST_INTERVAL = 4.0  # longest interval across an overflow: up to three samples may be lost there [intervals]
 _SHORTEST_INTERVAL = 0.1  # shortest interval across an overflow, because of jitter [intervals]

@@ -23,7 +23,7 @@ _EPOCH = (9.4e8, 2.3e9)  # years 1999 to 2042, counted from 1970. [s]
 _EXCEL_DAYS = (36161, 52232)  # years 1999 to 2042, counted from 1899 as in Excel. [d]
 _MATLAB_DAYS = (730120, 746191)  # years 1999 to 2042, counted from year 0 as in MATLAB. [d]
 SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes its length usual [s]
-_LEAST_SAMPLES = 100  # a log with fewer samples may be an excerpt, and is accepted however short
+_MIN_SAMPLES = 100  # a log with fewer samples may be an excerpt, and is accepted however short
 SLOW = 1.0  # rate below which a log contains averages or its unit of time is wrong [Hz]
 _FREQUENT = 100.0  # typical rate of logs: units with the closest rate are offered first [Hz]
 _FIRST_NUMBERS = (0, 1)  # possible numbers of the first sample of a log
@@ -101,7 +101,7 @@ def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: floa
     used = RateByUnit(unit="", rate=rate, length=n / rate)
     alternatives = [] if second is None else readings(1 / (rate * second), n)
     likely = [reading for reading in alternatives if reading.is_usual]
-    is_short = used.length < SHORTEST and n >= _LEAST_SAMPLES and any(reading.unit in UNITS for reading in likely)
+    is_short = used.length < SHORTEST and n >= _MIN_SAMPLES and any(reading.unit in UNITS for reading in likely)
     if used.is_possible and not is_short:
         return
     likely = likely or [reading for reading in alternatives if reading.is_possible]
@@ -135,7 +135,7 @@ def find_stride(stamps: NDArray[Any], intervals: NDArray[np.float64]) -> int:
     at lost samples. Else 0.
     """
     stride = intervals[0]
-    if len(stamps) < _LEAST_SAMPLES or stamps[0] not in _FIRST_NUMBERS or not stride >= 1 or stride % 1:
+    if len(stamps) < _MIN_SAMPLES or stamps[0] not in _FIRST_NUMBERS or not stride >= 1 or stride % 1:
         return 0
     whole = np.all(intervals >= stride) and not np.any(intervals % stride) and np.median(intervals) == stride
     return int(stride) if whole else 0
@@ -218,8 +218,8 @@ def is_one_nominal_rate(rate: float, reference: float) -> bool:
 
 
 def unit_by_rate(interval: float, typical: float, rate: float) -> str | None:
-    """The unit of time in which stamps with the mean `interval` are closest to a rate. None for a counter: its `typical`
-    interval is 1, or a tick of 10^-k s gives the rate, as the 0.1 ms of a sensor or the 100 ns of a host.
+    """The unit of time in which stamps with the mean `interval` are closest to a rate. None for a counter: the
+    `typical` interval is then 1, or the rate follows from ticks of 10^-k s, such as 0.1 ms or 100 ns.
     """
     unit = min(UNITS, key=lambda name: abs(math.log(rate * interval * units.find(name).factor)))
     if is_one_nominal_rate(1 / (interval * units.find(unit).factor), rate):

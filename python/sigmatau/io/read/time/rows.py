@@ -86,10 +86,10 @@ def in_order(
     )  # in unsigned integers a step back is a large step forward
     shortest = intervals.min() if len(intervals) else 1
     if len(intervals) and (not signed or shortest < 0):
-        over = continue_overflows(stamps, lambda k: where(_row(rows, k)), name)
-        if over is not None:
-            stamps = over[0]
-            findings.append(over[1])
+        unwrapped = continue_overflows(stamps, lambda k: where(_row(rows, k)), name)
+        if unwrapped is not None:
+            stamps = unwrapped[0]
+            findings.append(unwrapped[1])
         stamps = _unswapped(stamps)
         back = np.flatnonzero(stamps[1:] < stamps[:-1])
         intervals = np.diff(stamps)
@@ -102,9 +102,9 @@ def in_order(
             intervals = np.diff(stamps)
             shortest = intervals.min()
     if shortest == 0:
-        single, twins = _without_twins(stamps, intervals, samples, where, rows)
-        if twins is not None:
-            findings.append(twins)
+        single, repeats = _mask_of_single(stamps, intervals, samples, where, rows)
+        if repeats is not None:
+            findings.append(repeats)
             stamps = stamps[single]
             rows = np.flatnonzero(single) if rows is None else rows[single]
             intervals = np.diff(stamps)
@@ -113,9 +113,10 @@ def in_order(
     )
 
 
-_LEAST_RUN = 100.0  # shortest run before it; less is disorder [intervals]
-_LEAST_BLOCKS = 3  # smallest number of steps back by several sensors in turn
-# ratio of the time span to that of as many rows of one sensor: 0.91 with a second sensor at a tenth of the rate
+_MIN_RUN = 100.0  # shortest run that ends in a restart; after a shorter one the rows are out of order [intervals]
+_MIN_BLOCKS = 3  # smallest number of steps back by several sensors in turn
+# largest time span of rows of several sensors, over the usual interval times the number of rows: it is 0.91 with a
+# second sensor at a tenth of the rate
 _LARGEST_SHARE = 0.9
 _BEGINNINGS = 0.5  # share of the steps back that return to the first stamp, for a clock that starts again
 _RESTART = 10.0  # distance from the first stamp up to which a log has begun again [intervals]
@@ -161,7 +162,7 @@ def _sorted(
             return remaining, _finding("wrong", len(wrong), len(stamps), first_wrong)
     times = "" if len(back) == 1 else f", and {len(back) - 1} times more after it"
     usual, back_to = _usual(stamps), float(stamps[row]) - float(stamps[0])
-    if abs(back_to) <= _RESTART * usual and float(stamps[row - 1]) - float(stamps[row]) >= _LEAST_RUN * usual:
+    if abs(back_to) <= _RESTART * usual and float(stamps[row - 1]) - float(stamps[row]) >= _MIN_RUN * usual:
         raise StampError(
             f"time begins again in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}; the rows are of"
             " several runs or sensors, cut the file there",
@@ -185,7 +186,7 @@ def _sorted(
 def _repeats_in_blocks(stamps: NDArray[Any], back: NDArray[np.intp], usual: float) -> bool:
     """Whether blocks of rows share their times: there are more rows than one sensor with such intervals has."""
     length = float(stamps.max()) - float(stamps.min())
-    return len(back) >= _LEAST_BLOCKS and length < _LARGEST_SHARE * usual * (len(stamps) - 1)
+    return len(back) >= _MIN_BLOCKS and length < _LARGEST_SHARE * usual * (len(stamps) - 1)
 
 
 def shares_times(stamps: NDArray[Any]) -> bool:
@@ -276,14 +277,14 @@ def _wrong(stamps: NDArray[Any], back: NDArray[np.intp]) -> NDArray[np.int64] | 
     return np.asarray(wrong, dtype=np.int64)
 
 
-def _without_twins(
+def _mask_of_single(
     stamps: NDArray[Any],
     intervals: NDArray[Any],
     samples: Sequence[NDArray[Any]],
     where: Callable[[int], str],
     rows: NDArray[np.int64] | None,
 ) -> tuple[NDArray[np.bool_], Finding | None]:
-    """Rows without duplicates; all rows if the stamps repeat because the clock is coarse."""
+    """Mask of the rows without duplicates, and the finding; None if the stamps repeat because the clock is coarse."""
     again = np.flatnonzero(intervals == 0) + 1
     same = np.ones(len(again), dtype=bool)
     for channel in samples:

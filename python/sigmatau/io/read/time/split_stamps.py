@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.io.read.names import name_key, split_unit
 from sigmatau.io.read.table import Column
-from sigmatau.io.read.time.dates import NO_STAMP, continued
+from sigmatau.io.read.time.dates import NO_STAMP, unwrap_clock
 
 # The last word of a name, or its unit in brackets.
 _SECONDS = frozenset(("s", "sec", "secs", "second", "seconds"))
@@ -106,7 +106,7 @@ def join(split: SplitStamp, columns: Mapping[int, NDArray[Any]]) -> NDArray[np.i
         stamps += count * size * _NANOSECONDS
     stamps = np.where(missing, NO_STAMP, stamps)
     period = split.larger[-1][1] * (24 if len(split.larger) > 1 else 60) if split.larger else 0
-    return continued(stamps, period * _NANOSECONDS) if period else stamps
+    return unwrap_clock(stamps, period * _NANOSECONDS) if period else stamps
 
 
 def _is_missing(array: NDArray[Any]) -> NDArray[np.bool_]:

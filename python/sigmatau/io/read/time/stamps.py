@@ -74,7 +74,7 @@ class Timing:
     findings: tuple[Finding, ...] = ()
     begun: float | None = None  # Time of the first sample from 1970; None if the stamps do not count from it. [s]
 
-    def laid(self, column: NDArray[Any]) -> NDArray[Any]:
+    def put_on_grid(self, column: NDArray[Any]) -> NDArray[Any]:
         """Put a column of the table on this grid, with NaN in empty places. An unchanged array is returned as it is."""
         if self.rows is not None:
             column = column[self.rows]

@@ -42,7 +42,7 @@ from sigmatau.record.sampling import GIVEN_RATE
 from sigmatau.record.streams import CHUNK, Stream
 
 
-def timed(
+def find_timing(
     table: Table,
     choice: ColumnChoice,
     raw: Mapping[int, NDArray[Any]],
@@ -188,7 +188,7 @@ def _contradiction(
     )
 
 
-_LEAST_OTHER_ROWS = 0.15  # share of empty rows from which a stream may have separate rows
+_MIN_OTHER_ROWS = 0.15  # share of empty rows from which a stream may have separate rows
 _SHARE_FILLED = 0.95  # smallest share of these empty rows that other streams must fill
 
 
@@ -207,7 +207,7 @@ def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set
     return missing
 
 
-def own_rows(
+def separate_rows_by_stream(
     raw: Mapping[int, NDArray[Any]], by_stream: Mapping[str, Sequence[int]], missing: set[int]
 ) -> dict[str, NDArray[np.int64]]:
     """Rows of each stream that fills only part of the rows, where other streams fill the rest. Logging programs that
@@ -224,7 +224,7 @@ def own_rows(
     rows_of_stream: dict[str, NDArray[np.int64]] = {}
     for name, nothing in empty.items():
         share = np.count_nonzero(nothing) / len(nothing)
-        if share < _LEAST_OTHER_ROWS or share == 1:
+        if share < _MIN_OTHER_ROWS or share == 1:
             continue
         filled = np.zeros(len(nothing), dtype=bool)
         for each in by_stream:
@@ -260,7 +260,7 @@ def missing_in(
     return missing_values(missing_by_channel, where, tau0, totals=counts, dropped=dropped)
 
 
-_LEAST_JITTER = 0.03  # smallest jitter that is reported, over the sample interval
+_MIN_JITTER = 0.03  # smallest jitter that is reported, over the sample interval
 # jitter up to this multiple of the scatter by the resolution of the clock counts as rounding
 _ROUNDING_FACTOR = 1.3
 _INTEGRALS = {"m/s^2": "m/s", "rad/s": "rad"}
@@ -275,7 +275,7 @@ def jitter_findings(streams: Sequence[Stream], times: Sequence[Timing]) -> tuple
     for timing in times:
         jitter = timing.jitter or 0.0
         rounding = timing.step / math.sqrt(12)
-        if not timing.on_grid or jitter * timing.rate <= _LEAST_JITTER or jitter <= _ROUNDING_FACTOR * rounding:
+        if not timing.on_grid or jitter * timing.rate <= _MIN_JITTER or jitter <= _ROUNDING_FACTOR * rounding:
             continue
         jittered = [s for s in streams if s.grid.jitter == timing.jitter]
         integrating = [s for s in jittered if s.samples.transforms[0].kind != "rate"]

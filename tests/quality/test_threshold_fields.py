@@ -36,7 +36,7 @@ CONSTANTS = {
     },
     "inspection.py": {"FITTED": "time"},
     "exclusion.py": {"_LISTED": "length of a text"},
-    "quality/samples/disturbances.py": {"_TO_ROUNDING": "rounding of a time"},
+    "quality/samples/disturbances.py": {"_ROUNDING": "rounding of a time"},
     "time_text.py": {"_UNITS": "definition"},
 }
 """Numbers of a module that limit nothing that is measured, and why."""

@@ -19,9 +19,9 @@ _JUDGED = ("random_walk", "bias_instability", "rate_random_walk")
 _OTHER_CAUSES = ("implausible_unit", "gravity", "not_static")  # codes of warnings that explain more noise
 
 
-# Smallest reported ratio to the noisiest sensor. [1] Measured: fits of 240 axes at its limits, of 20 s to 300 s, stay
-# below it.
-_LEAST_EXCESS = 1.25
+# Smallest reported ratio to the noisiest sensor. [1] Measured: fits of 240 simulated axes with its noise, of 20 s to
+# 300 s, stay below it.
+_MIN_EXCESS = 1.25
 # Highest frequency at which densities are compared. [Hz] Study: docs/study/rest.md; below vibration and the filters of
 # most sensors.
 _HIGHEST = 2.0
@@ -71,7 +71,7 @@ def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[
     ramp = abs(fitted.model.get("rate_ramp", 0.0))
     if (ramp_ratio := ramp / limits.noisiest["rate_ramp"]) > times:
         times, frequency, size = ramp_ratio, 0.0, ramp
-    if not times > _LEAST_EXCESS:
+    if not times > _MIN_EXCESS:
         return []
     factors = tuple(
         (name, fitted.observed[name] / limits.noisiest[name])

@@ -20,7 +20,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary
-from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
+from sigmatau.quality.drift.without_drifts import steps_beside_drifts, subtract_drifts
 from sigmatau.quality.facts import forget, in_threads, keep_facts
 from sigmatau.quality.fit_findings import other_axes_disturbed
 from sigmatau.quality.motion.shocks_and_steps import between_steps
@@ -46,7 +46,7 @@ LOOKED_AT_BOUNDED = 1 << 20
 
 # Samples of the shortest stream that is checked. [samples] Judgement: the distributions of the checks are not known for
 # fewer samples.
-_LEAST_SAMPLES = 64
+_MIN_SAMPLES = 64
 # Largest size of a sample. [SI unit] Derived: its fourth power is within the range of double precision.
 LARGEST = 1e60
 # Smallest range of the samples of a channel. [SI unit] Derived: see `LARGEST`.
@@ -91,9 +91,9 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     ['coarse_resolution']
     """
     need_record(record)
-    if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < _LEAST_SAMPLES:
+    if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < _MIN_SAMPLES:
         raise OptionError(
-            f"{{option}} must be a whole number of samples from {_LEAST_SAMPLES} on, not {looked_at!r}",
+            f"{{option}} must be a whole number of samples from {_MIN_SAMPLES} on, not {looked_at!r}",
             option="looked_at",
         )
     return examine(from_the_start(record), bandwidth=bandwidth, looked_at=looked_at).findings
@@ -247,14 +247,14 @@ def check_fits(
         stream.name: stream
         for stream in record.streams
         if stream.quantity != "temperature"
-        and stream.grid.n >= _LEAST_SAMPLES
+        and stream.grid.n >= _MIN_SAMPLES
         and not fits.keys().isdisjoint(stream.channels)
     }
 
     def check_stream(name: str) -> list[Finding]:
         stream = _beginning(streams[name], looked_at)
         fitted = {channel: fits[channel] for channel in stream.channels if channel in fits}
-        flat = without_drifts(record, stream, fitted)
+        flat = subtract_drifts(record, stream, fitted)
         still = without(flat)[0] if disturbed else flat
         steps = steps_beside_drifts(still, fitted) if flat is not stream else []
         between = between_steps(still, [*sample_findings, *steps])
@@ -300,7 +300,7 @@ def _checked_in_part(stream: Stream, part: Stream) -> Finding:
 
 def _usable(stream: Stream) -> Stream | None:
     """The channels that can be checked: with enough samples, not constant, and within the range of double precision."""
-    if stream.grid.n < _LEAST_SAMPLES:
+    if stream.grid.n < _MIN_SAMPLES:
         return None
     channels = []
     for channel in stream.channels:

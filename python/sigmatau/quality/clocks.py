@@ -29,11 +29,11 @@ _FARTHEST = math.log(1.25)
 _MIN_MARKS = 3
 # Smallest share of the marks that agree with the factor within their errors. [1] Judgement: a quarter of the lines has
 # other causes.
-_LEAST_SHARE_OF_MARKS = 0.75
-# Largest ratio of the marks without the factor to those with it. [1] Judgement: see `_LEAST_SHARE_OF_MARKS`.
+_MIN_SHARE_OF_MARKS = 0.75
+# Largest ratio of the marks without the factor to those with it. [1] Judgement: see `_MIN_SHARE_OF_MARKS`.
 _CONTRARY = 0.25
 # Share of unmoved marks above which two records have the same clock. [1] Judgement: half of the marks.
-_LEAST_UNMOVED = 0.5
+_MIN_UNMOVED = 0.5
 # Error of a line over the width of its excluded band, which also contains the foot of the line. [1] Judgement: the line
 # fills half of the band, and the error of its centre is a quarter of that.
 _FOOT = 0.125
@@ -141,15 +141,15 @@ def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
         for b in theirs
         if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < _FARTHEST
     ]
-    largest = min(len(ours), len(theirs))
+    comparable = min(len(ours), len(theirs))
     unmoved = _matching_marks(pairs, 0.0)
-    same = bool(unmoved) and len(unmoved) >= _LEAST_UNMOVED * largest
-    if largest < _MIN_MARKS or not pairs:
+    same = bool(unmoved) and len(unmoved) >= _MIN_UNMOVED * comparable
+    if comparable < _MIN_MARKS or not pairs:
         return _Shift(same, None, 0.0, 0)
     shift = max((d for _, d, _ in pairs), key=lambda d: (len(_matching_marks(pairs, d) - unmoved), -abs(d)))
     shifted = _matching_marks(pairs, shift)
     moved, contrary = shifted - unmoved, unmoved - shifted
-    enough = len(moved) >= _MIN_MARKS and len(shifted) >= _LEAST_SHARE_OF_MARKS * largest
+    enough = len(moved) >= _MIN_MARKS and len(shifted) >= _MIN_SHARE_OF_MARKS * comparable
     if not enough or len(contrary) > _CONTRARY * len(moved) or _one_origin([ours[k] for k in moved]):
         return _Shift(same, None, 0.0, 0)
     measured = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]

@@ -53,7 +53,7 @@ class SensorMean(Plain):
 def first_look(record: Record) -> tuple[SensorMean, ...]:
     """Compare the means of triads with gravity and usual offsets.
 
-    Only checks that hold for a moving sensor too are made: those of noise need a record at rest.
+    Noise is not checked: a first look must hold for a moving sensor too.
     """
     triads = (s for s in record.streams if len(s.channels) == units.AXES and units.has_plausible_values(s))
     means = (

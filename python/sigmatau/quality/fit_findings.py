@@ -37,11 +37,11 @@ from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
 from sigmatau.fitting.fitted_values import FittedSinusoid
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Parameter
-from sigmatau.quality.drift.without_drifts import drifts
+from sigmatau.quality.drift.without_drifts import has_drift
 from sigmatau.record.record import Record
 
 # Degrees of freedom above which a random walk is reliable. [1] Derived: its 95 % interval is then within 25 %.
-_LEAST_FREEDOM = 30.0
+_MIN_FREEDOM = 30.0
 # Ratio above which the coefficients of two models count as different. [1] Judgement: more than the usual interval of a
 # slow term.
 _MUCH_LARGER = 1.2
@@ -99,7 +99,7 @@ def fit_findings(
     if fitted.verdict == "disturbed":
         return [*disturbed_findings(fitted), *_lines(fitted)]
     findings: list[Finding] = []
-    if (freedom := walk_freedom(fitted)) < _LEAST_FREEDOM:
+    if (freedom := walk_freedom(fitted)) < _MIN_FREEDOM:
         short = FewDegreesOfFreedom(freedom=freedom, duration=fitted.n * fitted.tau0)
         findings.append(_finding(fitted, short, "warning", size=freedom))
     if fitted.verdict == "widened":
@@ -357,13 +357,13 @@ def by_channel(fits: Mapping[str, NoiseFit], sample_findings: Sequence[Finding],
     return [finding for findings in by_fit for finding in findings]
 
 
-def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
+def without_explained(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
     """Remove findings about samples that the drifts of the fits explain.
 
     Steps of the mean are removed, because `sigmatau.quality.check.check_fits` searches for them without the drift. A
-    warning about axes with only slow noise in common becomes an info.
+    warning about axes that share only slow noise becomes an info.
     """
-    drifting = {channel for channel, fitted in fits.items() if drifts(fitted)}
+    drifting = {channel for channel, fitted in fits.items() if has_drift(fitted)}
     remaining = []
     for finding in findings:
         details = finding.details

@@ -20,7 +20,7 @@ from sigmatau.options import keywords_of
 from sigmatau.quality.check import LARGEST, LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
 from sigmatau.quality.curves import constant_channels, rounding
 from sigmatau.quality.facts import keep_facts
-from sigmatau.quality.fit_findings import by_channel, without_consequences
+from sigmatau.quality.fit_findings import by_channel, without_explained
 from sigmatau.quality.options import Bandwidth, InspectOptions
 from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start, leave_out, spans_to_keep
 from sigmatau.quality.selection.rest import at_rest_only, rest
@@ -123,7 +123,7 @@ def _against_fits(record: Record, sample_findings: Sequence[Finding], bounded: S
             with contextlib.suppress(DataError):  # too short, or too many samples are missing
                 fits[channel] = fit_channel(record, channel)
     return [
-        *without_consequences(sample_findings, fits),
+        *without_explained(sample_findings, fits),
         *by_channel(fits, sample_findings, record),
         *check_fits(record, fits, findings=sample_findings),
     ]

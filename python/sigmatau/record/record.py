@@ -293,10 +293,14 @@ class Record(Printed):
                     f"{{option}} names {key!r}, which is not a channel; channels: {', '.join(names)}", option="unit"
                 )
         rate_by_stream = _rates_of_streams(common_rate, rates, list(by_stream))
-        warm, notes = thermometers(by_stream, unit or {})
+        thermometer_units, notes = thermometers(by_stream, unit or {})
         streams = [
-            replace(make_temperature(columns[name], warm[name], rate=rate_by_stream[name]), name=name, channels=(name,))
-            if name in warm
+            replace(
+                make_temperature(columns[name], thermometer_units[name], rate=rate_by_stream[name]),
+                name=name,
+                channels=(name,),
+            )
+            if name in thermometer_units
             else make_stream(
                 name,
                 columns,
@@ -307,19 +311,19 @@ class Record(Printed):
             )
             for name, columns in by_stream.items()
         ]
-        lost: dict[float, dict[str, NDArray[np.bool_]]] = {}  # by rate
+        masks_by_rate: dict[float, dict[str, NDArray[np.bool_]]] = {}
         for s in streams:
             if s.mask is None or s.quantity == "temperature":  # thermometers may be read less often
                 continue
             for k, channel in enumerate(s.channels):
                 if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES:  # the analysis reports the other channels as empty
-                    lost.setdefault(rate_by_stream[s.name], {})[channel] = s.mask[:, k]
+                    masks_by_rate.setdefault(rate_by_stream[s.name], {})[channel] = s.mask[:, k]
         return cls(
             streams=tuple(streams),
             provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values()), conversions=notes),
             findings=tuple(
                 finding
-                for hertz, masks in lost.items()
+                for hertz, masks in masks_by_rate.items()
                 for finding in missing_values(masks, partial(_index_text, hertz), 1 / hertz, unit="samples")
             ),
         )
@@ -338,7 +342,8 @@ def _rates_of_streams(rate: float | None, rates: Mapping[str, float], streams: S
     wrong = [*(name for name in streams if name not in rates), *(name for name in rates if name not in streams)]
     if wrong:
         raise OptionError(
-            f"{{option}} must have each of {', '.join(streams)} and no other: {wrong[0]!r}", option="rate"
+            f"{{option}} must have one rate for each of {', '.join(streams)}; {wrong[0]!r} is missing or unknown",
+            option="rate",
         )
     return dict(rates)
 

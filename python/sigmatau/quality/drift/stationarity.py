@@ -34,13 +34,13 @@ from sigmatau.record.streams import Grid, Stream
 # Segments of the record. [1] Study: docs/study/stability.md.
 _SEGMENTS = 8
 # Smallest number of segments without missing samples. [1] Judgement: half of the segments.
-_LEAST_SEGMENTS = 4
+_MIN_SEGMENTS = 4
 # Samples in the shortest segment, and the smallest number of blocks of the cusum. [samples] Judgement: an Allan
 # variance at one sample then has 40 degrees of freedom.
-_LEAST_SAMPLES = 64
+_MIN_SAMPLES = 64
 # Smallest number of degrees of freedom of a variance in a segment. [1] Derived: its cube root is then nearly normal
 # (Wilson and Hilferty).
-_LEAST_FREEDOM = 10.0
+_MIN_FREEDOM = 10.0
 # Probability of a false alarm of each of the two tests, for one channel. [1] Study: docs/study/stability.md.
 _FALSE_ALARM = 2e-4
 # Smallest ratio of deviations that is reported. [1] Judgement: a long record can show 0.3 %, which is insignificant in
@@ -54,7 +54,7 @@ _MAX_MISFIT = 0.25
 # Largest number of blocks of the cusum. [1] Judgement: the time of a change then has an error of a thousandth of the record.
 _CUSUM_BLOCKS = 1024
 # Smallest number of samples in a block. [samples] Judgement: neighbouring blocks are then nearly independent.
-_LEAST_IN_BLOCK = 8
+_MIN_IN_BLOCK = 8
 
 
 @frozen(eq=False)
@@ -132,11 +132,11 @@ def _noise_change(x: Floats, grid: Grid) -> NoiseChange | None:
 def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     """χ² test of the Allan variances of eight segments; None without a model or with too few complete segments."""
     size = len(x) // _SEGMENTS
-    if size < _LEAST_SAMPLES or not fitted.model:
+    if size < _MIN_SAMPLES or not fitted.model:
         return None
     starts = np.arange(_SEGMENTS) * size
     starts = np.array([s for s in starts if np.isfinite(np.add.reduce(x[s : s + size]))], dtype=np.int64)
-    if len(starts) < _LEAST_SEGMENTS:
+    if len(starts) < _MIN_SEGMENTS:
         return None
     sizes = 2 ** np.arange(0, int(np.log2(size // 4)) + 1, dtype=np.int64)
     # Below τ_min the model does not hold: filtered noise has fewer degrees of freedom than white noise.
@@ -155,7 +155,7 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _MAX_MISFIT + 3 * np.sqrt(
         2 / freedom / len(starts)
     )
-    use = (freedom >= _LEAST_FREEDOM) & followed & (avar.min(axis=0) > 0)
+    use = (freedom >= _MIN_FREEDOM) & followed & (avar.min(axis=0) > 0)
     if not use.any():
         return None
     roots = np.cbrt(avar[:, use])
@@ -229,9 +229,9 @@ def cusum(x: Floats) -> Cusum | None:
 
     The scatter is measured between neighbouring blocks, so that neither correlated samples nor the change affect it.
     """
-    length = max(-(-len(x) // _CUSUM_BLOCKS), _LEAST_IN_BLOCK)
+    length = max(-(-len(x) // _CUSUM_BLOCKS), _MIN_IN_BLOCK)
     count = len(x) // length
-    if count < _LEAST_SAMPLES:
+    if count < _MIN_SAMPLES:
         return None
     d = np.diff(x[: count * length].reshape(count, length), axis=1)
     squares = np.einsum("ij,ij->i", d, d)
@@ -242,7 +242,7 @@ def cusum(x: Floats) -> Cusum | None:
         number[bad] = is_present.sum(axis=1)
         squares[bad] = np.where(is_present, d[bad] ** 2, 0.0).sum(axis=1)
     keep = np.flatnonzero(2 * number > length)
-    if len(keep) < _LEAST_SAMPLES:
+    if len(keep) < _MIN_SAMPLES:
         return None
     # Cube roots are nearly normal, so that single blocks do not dominate.
     level = np.cbrt(squares[keep] / number[keep])

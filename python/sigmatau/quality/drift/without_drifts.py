@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.channel import TEMPERATURE, block_temperature, follows_temperature
+from sigmatau.fitting.channel import TEMPERATURE, follows_temperature, sample_temperatures
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.motion.shocks_and_steps import step_finding
 from sigmatau.quality.motion.windows import mean_steps, summarise_windows
@@ -16,18 +16,18 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
 
-def drifts(fitted: NoiseFit | None) -> bool:
+def has_drift(fitted: NoiseFit | None) -> bool:
     """Whether a fit contains a warm-up or a drift with the temperature."""
     return fitted is not None and (fitted.warm_up is not None or follows_temperature(fitted))
 
 
-def without_drifts(record: Record, stream: Stream, fits: Mapping[str, NoiseFit]) -> Stream:
+def subtract_drifts(record: Record, stream: Stream, fits: Mapping[str, NoiseFit]) -> Stream:
     """Subtract the drifts of the fits from a stream of the record, or from its beginning; the same object if there are no
     drifts.
     """
-    if not any(drifts(fits.get(channel)) for channel in stream.channels):
+    if not any(has_drift(fits.get(channel)) for channel in stream.channels):
         return stream
-    degrees = block_temperature(record, record.stream_of(stream.channels[0]))
+    degrees = sample_temperatures(record, record.stream_of(stream.channels[0]))
     return stream.with_rates([_without(stream, channel, fits.get(channel), degrees) for channel in stream.channels])
 
 
@@ -49,14 +49,14 @@ def steps_beside_drifts(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Fi
     Parameters
     ----------
     stream : Stream
-        Stream from `without_drifts`, without disturbances, because a spike at either end looks like a drift.
+        Stream from `subtract_drifts`, without disturbances, because a spike at either end looks like a drift.
     fits : mapping of str to NoiseFit
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
     findings = []
     for channel in stream.channels:
-        if drifts(fits.get(channel)):
+        if has_drift(fits.get(channel)):
             steps = [step for step in mean_steps(stream, summarise_windows(stream, channel)) if not step.gradual]
             if steps:
                 findings.append(step_finding(stream, channel, steps, beside_drift=True))

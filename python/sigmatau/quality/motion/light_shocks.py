@@ -16,13 +16,13 @@ from sigmatau.record.streams import Stream
 _SPIKE_GAP = 0.25
 # Smallest number of spikes in a shock. [samples] Derived: single spikes, k per second on each axis, form such groups
 # (k/2)² times as often.
-_LEAST_SPIKES = 3
-# Smallest number of axes with spikes in a shock. [1] Judgement: a shock has a direction, but no axis of a sensor.
-_LEAST_AXES = 2
+_MIN_SPIKES = 3
+# Smallest number of axes with spikes in a shock. [1] Judgement: a shock is seldom along a single axis.
+_MIN_AXES = 2
 # Smallest number of rows with spikes in a shock. [samples] Judgement: a corrupt row has spikes in one row only.
-_LEAST_ROWS = 2
+_MIN_ROWS = 2
 # Share of the spikes outside groups beyond which groups form by chance. [1] Judgement: half of them.
-_MOST_SINGLE = 0.5
+_MAX_SINGLE = 0.5
 # Part of the shock before its first spike. [s] Judgement: the rise is below the threshold of spikes.
 _BEFORE_SPIKES = 0.1
 # Part of the shock after its last spike. [s] Judgement: the ringing falls below the threshold of spikes.
@@ -36,20 +36,20 @@ def light_shocks(stream: Stream) -> list[Burst]:
 
     A corrupt row has spikes on all axes in that row only, whereas a shock rings.
     """
-    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _LEAST_AXES:
+    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _MIN_AXES:
         return []
     rows, axes = np.nonzero(np.stack([spike_mask(stream, channel) for channel in stream.channels], axis=1))
-    if len(rows) < _LEAST_SPIKES:
+    if len(rows) < _MIN_SPIKES:
         return []
     tau0 = stream.grid.tau0
     cuts = np.flatnonzero(np.diff(rows) * tau0 > _SPIKE_GAP) + 1
     groups = [
         (times, np.unique(group_axes))
         for times, group_axes in zip(np.split(rows, cuts), np.split(axes, cuts), strict=True)
-        if len(times) >= _LEAST_SPIKES and len(np.unique(times)) >= _LEAST_ROWS
+        if len(times) >= _MIN_SPIKES and len(np.unique(times)) >= _MIN_ROWS
     ]
-    groups = [(times, group_axes) for times, group_axes in groups if len(group_axes) >= _LEAST_AXES]
-    if len(rows) - sum(len(times) for times, _ in groups) > _MOST_SINGLE * len(rows):
+    groups = [(times, group_axes) for times, group_axes in groups if len(group_axes) >= _MIN_AXES]
+    if len(rows) - sum(len(times) for times, _ in groups) > _MAX_SINGLE * len(rows):
         return []
     shocks = []
     for times, group_axes in groups:

@@ -41,14 +41,14 @@ _SLOW_SECOND = 2
 # shifted by half a step; the rest is a margin for uncertain steps.
 STEPS = 3.0
 # Smallest number of second differences for a level. [1] Judgement: their median tolerates two disturbed ones.
-LEAST_DIFFERENCES = 5
+MIN_DIFFERENCES = 5
 # Length of the blocks whose noise is compared. [s] Judgement: 40 means of 1/4 s, a standard error of 11 %.
 _FLOOR_LENGTH = 10.0
 # Share of the quietest blocks, which show the noise of the sensor. [1] Judgement: a sensor is at rest for at least a
 # tenth of the record.
 _FLOOR_SHARE = 0.1
 # Smallest number of blocks for that share. [1] Derived: a tenth of ten is one block.
-_LEAST_FLOOR_BLOCKS = 10
+_MIN_FLOOR_BLOCKS = 10
 # Correlation of neighbouring means of 1/4 s above which noise is not white. [1] Judgement: motion has more.
 _CORRELATED = 0.3
 # Such a correlation in standard errors, for a short record. [1] Derived: probability 1.3·10⁻³.
@@ -71,7 +71,7 @@ class OctaveMeans:
         self.quantity: str = stream.quantity
         self.shortest: float = base * stream.grid.tau0
         self.slow: bool = first > SECOND or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
-        self.second: int = first + _SLOW_SECOND if self.slow else SECOND
+        self.second_octave: int = first + _SLOW_SECOND if self.slow else SECOND
         octaves = range(first, first + _SLOW_OCTAVES if self.slow else OCTAVES)
         means = means_by_octave(block_means(stream, channel, base), len(octaves))
         self.by_octave: dict[int, Floats] = dict(zip(octaves, means, strict=True))
@@ -82,7 +82,7 @@ class OctaveMeans:
     @property
     def level(self) -> float:
         """Mean of the channel."""
-        means = present(self.by_octave[self.second])
+        means = present(self.by_octave[self.second_octave])
         return float(means.mean()) if len(means) else 0.0
 
     def tau(self, octave: int) -> float:
@@ -101,7 +101,7 @@ class OctaveMeans:
         [unit/√Hz]
         """
         d = present(self.differences(octave, start, stop))
-        return median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave)) if len(d) >= LEAST_DIFFERENCES else math.nan
+        return median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave)) if len(d) >= MIN_DIFFERENCES else math.nan
 
     def rounding_level(self, octave: int) -> float:
         """Median level below which rounding may explain the second differences. [unit/√Hz]"""
@@ -129,18 +129,18 @@ class OctaveMeans:
         """
         octave = max(FLOOR, self.first)
         d, tau = self.differences(octave), self.tau(octave)
-        size = min(max(round(_FLOOR_LENGTH / tau), LEAST_DIFFERENCES), max(len(d), 1))
+        size = min(max(round(_FLOOR_LENGTH / tau), MIN_DIFFERENCES), max(len(d), 1))
         level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
         quiet = 0.0
         if len(level):  # like NumPy's quantile, which imports masked arrays
             quiet = float(np.interp(_FLOOR_SHARE * (len(level) - 1), np.arange(len(level)), np.sort(level))) * tau
-        if len(level) < _LEAST_FLOOR_BLOCKS:
+        if len(level) < _MIN_FLOOR_BLOCKS:
             usual = self.median_level(octave)
             quiet = min(quiet, usual * usual) if usual > self.rounding_level(octave) else quiet
         return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
 
     def limit_floor(self) -> None:
-        """Treat noise beyond that of any sensor as motion, unless it is white: then the unit is wrong."""
+        """Treat noise beyond that of any sensor as motion, unless it is white, which is a sign of a wrong unit."""
         noisiest = NOISIEST[self.quantity]
         if self.floor > noisiest and (self.quantity == "angular_rate" or self.unit_is_sure) and not self._is_white():
             self.floor = noisiest
@@ -149,7 +149,7 @@ class OctaveMeans:
         """Whether neighbouring means of 1/4 s are uncorrelated, within stretches too short for drifts."""
         x = self.by_octave[max(FLOOR, self.first)]
         size = min(_CORRELATED_MEANS, len(x))
-        if size < LEAST_DIFFERENCES:
+        if size < MIN_DIFFERENCES:
             return True
         rows = x[: len(x) // size * size].reshape(-1, size)
         rows = rows - row_means(rows, share=0.0)[:, None]

@@ -163,7 +163,7 @@ def _shock_finding(stream: Stream, moved: Sequence[Burst], window: int) -> Findi
             groups[-1].append(burst)
         else:
             groups.append([burst])
-    together = tuple(_together(stream, group, window) for group in groups)
+    together = tuple(_join_bursts(stream, group, window) for group in groups)
     return Finding(
         details=NotStatic(quantity=stream.quantity, unit=stream.unit, bursts=together),
         severity="warning",
@@ -177,7 +177,7 @@ def _in_order(stream: Stream, moved: Sequence[Burst]) -> tuple[str, ...]:
     return tuple(channel for channel in stream.channels if any(b.channel == channel for b in moved))
 
 
-def _together(stream: Stream, group: Sequence[Burst], window: int) -> MotionBurst:
+def _join_bursts(stream: Stream, group: Sequence[Burst], window: int) -> MotionBurst:
     """Join bursts of several axes that overlap in time."""
     strongest = max(group, key=lambda b: b.ratio)
     first, last = min(b.start for b in group), max(b.stop for b in group)

@@ -7,7 +7,7 @@ import numpy as np
 from sigmatau.arrays import median_and_spread
 from sigmatau.findings.disturbances import StartTransient
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.motion.windows import FEW_WINDOWS, LEAST_WINDOWS, WINDOW, WINDOW_LENGTH
+from sigmatau.quality.motion.windows import FEW_WINDOWS, MIN_WINDOWS, WINDOW, WINDOW_LENGTH
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.masking import MaskedFinding, in_seconds, mask_from_spans
 from sigmatau.record.streams import Stream
@@ -33,7 +33,7 @@ def settled_from(stream: Stream, channel: str) -> int:
     tau0 = stream.grid.tau0
     w = max(round(WINDOW_LENGTH / tau0), WINDOW)
     count = stream.grid.n // w - 2
-    if count < LEAST_WINDOWS:
+    if count < MIN_WINDOWS:
         return 0
     c = stream.channels.index(channel)
     head = stream.samples.read(c, 0, min(round(_LONGEST / tau0) + 2 * w, stream.grid.n))
@@ -48,7 +48,7 @@ def settled_from(stream: Stream, channel: str) -> int:
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
     distance = x[:count, 0] - means[1 : count + 1]
     differences = present(distance[1:])
-    if len(differences) < LEAST_WINDOWS:
+    if len(differences) < MIN_WINDOWS:
         return 0
     spread = median_and_spread(differences)[1]
     if not abs(first[0] - level) > _SIGMAS * (1 + FEW_WINDOWS / len(differences)) * spread:

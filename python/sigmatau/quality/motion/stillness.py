@@ -22,7 +22,7 @@ from sigmatau.quality.facts import in_threads
 from sigmatau.quality.motion.gravity_direction import gravity_tilts, measures_gravity
 from sigmatau.quality.motion.octave_means import (
     FLOOR,
-    LEAST_DIFFERENCES,
+    MIN_DIFFERENCES,
     NORMAL_MEDIAN,
     OCTAVES,
     SECOND,
@@ -41,7 +41,7 @@ _SHORTEST = 1 / 16
 # Judgement: ten means of 4 s.
 _BLOCK = 40.0
 # Largest number of blocks. [1] Judgement: limits the time of a long record.
-_MOST_BLOCKS = 128
+_MAX_BLOCKS = 128
 # √τ times the deviation of means above which a sensor moves if this level also rises by `_RISE`. [rad/s/√Hz, m/s^2/√Hz]
 # Study: docs/study/rest.md; existing gyros have up to 0.05 (deg/s)/√Hz, and accelerometers up to 1 mg/√Hz.
 _LEVEL = {"angular_rate": math.radians(0.05), "acceleration": 0.015}
@@ -72,7 +72,7 @@ _HAND_CHANGE = {"angular_rate": math.radians(1.0), "acceleration": 0.2}
 _HAND_RISE = 10.0
 # Shortest motion that is longer than a knock; in a record shorter than a block, a knock counts as motion. [s]
 # Judgement: a knock rings for less.
-_LEAST_HAND_TIME = 4
+_MIN_HAND_TIME = 4
 # Departure of a mean from the median of a short record, over `_HAND_CHANGE`; also tested at the ends of the record,
 # where there are no second differences. [1] Judgement: no drift is twice the change of a hand-held sensor.
 _DEPARTURE = 2.0
@@ -80,16 +80,16 @@ _DEPARTURE = 2.0
 _DEPARTS_FROM = 1
 # Shortest stream that is judged; below 1 Hz four samples replace a second. [s] Derived: two seconds and a second
 # difference of half seconds.
-_LEAST_SECONDS = 2
+_MIN_SECONDS = 2
 # Longest rest between two motions that count as one. [s] Judgement: too short a stretch for an analysis.
 _GAP = 4
 # Smallest change of position of a motion that is more than a knock. [rad, m/s^2] Derived: the 5° of `gravity_tilts`.
-_LEAST_TURN = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}
+_MIN_TURN = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}
 # Length of the stretches before and after a motion that show the position. [s] Judgement: a median of five seconds
 # tolerates two disturbed seconds.
 _POSITION_LENGTH = 5
 # Largest share of missing samples in a channel that is judged. [1] Judgement: half of the record shows lasting motion.
-_MOST_MISSING = 0.5
+_MAX_MISSING = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,10 +133,10 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
         return ()
     base = max(round(_SHORTEST / stream.grid.tau0), 1)
     first = max(round(math.log2(base * stream.grid.tau0 / _SHORTEST)), 0)  # octave of the means of `base` samples
-    if stream.grid.n < _LEAST_SECONDS * base << max(SECOND - first, 2):
+    if stream.grid.n < _MIN_SECONDS * base << max(SECOND - first, 2):
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
-    channels = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
+    channels = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MAX_MISSING]
     by_channel = in_threads(lambda channel: OctaveMeans(stream, channel, base, first), channels, threads)
     means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant channel is not a measurement
     sure = measures_gravity(means, in_si=True)
@@ -147,13 +147,11 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
 
 
 def _blocks(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
-    """Find blocks in motion. All blocks are in motion if the remaining blocks together are; drifts are not white over
-    longer means.
-    """
+    """Find blocks in motion, or drifting; the whole record too, if the other blocks together are in motion."""
     if axis.slow:
         return []
     whole = axis.stream.grid.duration
-    length = min(max(round(whole / _BLOCK), 1), _MOST_BLOCKS)
+    length = min(max(round(whole / _BLOCK), 1), _MAX_BLOCKS)
     block = whole / length
     edges = np.arange(length + 1, dtype=np.float64) * block
     may_move, may_drift = _may_move(axis, edges), _may_drift(axis, edges)
@@ -186,7 +184,7 @@ def _judged(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
     for octave in range(axis.first, OCTAVES):
         tau = axis.tau(octave)
         inside = present(axis.differences(octave, start, stop))
-        if len(inside) < LEAST_DIFFERENCES:
+        if len(inside) < MIN_DIFFERENCES:
             break
         usual = median(inside)
         level = usual / NORMAL_MEDIAN * math.sqrt(tau)
@@ -223,7 +221,7 @@ def _may_drift(axis: OctaveMeans, edges: Floats) -> list[bool]:
 def _octave_of_drift(axis: OctaveMeans) -> int:
     """Octave of means over 4 s, or a shorter one in a record that has too few such means."""
     octave = OCTAVES - 1
-    while octave > SECOND and len(axis.by_octave[octave]) <= LEAST_DIFFERENCES:
+    while octave > SECOND and len(axis.by_octave[octave]) <= MIN_DIFFERENCES:
         octave -= 1
     return octave
 
@@ -234,7 +232,7 @@ def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
     tau = axis.tau(octave)
     x = axis.by_octave[octave][round(start / tau) : round(stop / tau)]
     changes = present(np.diff(x))
-    if len(changes) < LEAST_DIFFERENCES:
+    if len(changes) < MIN_DIFFERENCES:
         return None
     usual, (steepest, limit) = abs(median(changes)), _steepest(axis, tau)
     if usual <= limit:
@@ -245,10 +243,10 @@ def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
 def _seconds(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
     """Find stretches of seconds in which the sensor is hand-held."""
     limit = _HAND_CHANGE[axis.quantity]
-    second = axis.by_octave[axis.second]
-    size, n = axis.tau(axis.second), len(second)
+    second = axis.by_octave[axis.second_octave]
+    size, n = axis.tau(axis.second_octave), len(second)
     largest = np.zeros(n)
-    for octave in range(max(FLOOR, axis.first), axis.second + 1):
+    for octave in range(max(FLOOR, axis.first), axis.second_octave + 1):
         d, tau = np.nan_to_num(axis.differences(octave)), axis.tau(octave)
         over_noise = d * math.sqrt(tau) > _HAND_RISE * axis.floor
         is_large = (d > limit) & over_noise & (d > STEPS * axis.step)
@@ -259,7 +257,7 @@ def _seconds(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
     turning = np.abs(np.nan_to_num(second)) if axis.quantity == "angular_rate" else np.zeros(n)
     turning[turning < max(_LARGEST_BIAS, _HAND_RISE * axis.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
-    least_seconds = 1 if is_short else _LEAST_HAND_TIME
+    least_seconds = 1 if is_short else _MIN_HAND_TIME
     moving: list[tuple[Span, Motion]] = []
     for a, b in _groups(flagged):
         if np.count_nonzero(flagged[a:b]) < least_seconds and not _turned(axis, second, a, b):
@@ -282,7 +280,7 @@ def _raise_seconds(largest: Floats, sizes: Floats, tau: float, second: float, *,
 
 def _raise_by_departures(axis: OctaveMeans, largest: Floats) -> None:
     """Raise the largest change of each second of a short record to the departure of its means from their median."""
-    for octave in range(max(_DEPARTS_FROM, axis.first), axis.second + 1):
+    for octave in range(max(_DEPARTS_FROM, axis.first), axis.second_octave + 1):
         x, tau = axis.by_octave[octave], axis.tau(octave)
         away = np.nan_to_num(np.abs(x - median(present(x))))
         limit = max(
@@ -290,7 +288,7 @@ def _raise_by_departures(axis: OctaveMeans, largest: Floats) -> None:
             _HAND_RISE * axis.floor / math.sqrt(tau),
             STEPS * axis.step,
         )
-        _raise_seconds(largest, np.where(away > limit, away, 0.0), tau, axis.tau(axis.second), first=0)
+        _raise_seconds(largest, np.where(away > limit, away, 0.0), tau, axis.tau(axis.second_octave), first=0)
 
 
 def _groups(flagged: Bools) -> Sequence[tuple[int, int]]:
@@ -314,6 +312,6 @@ def _turned(axis: OctaveMeans, second: Floats, a: int, b: int) -> bool:
         return False
     levels = median(before), median(after)
     if axis.quantity == "acceleration":
-        return abs(levels[1] - levels[0]) > _LEAST_TURN["acceleration"]
+        return abs(levels[1] - levels[0]) > _MIN_TURN["acceleration"]
     inside = present(second[max(a - 1, 0) : b + 1]) - sum(levels) / 2
-    return abs(float(inside.sum())) * axis.tau(axis.second) > _LEAST_TURN["angular_rate"]
+    return abs(float(inside.sum())) * axis.tau(axis.second_octave) > _MIN_TURN["angular_rate"]

@@ -33,7 +33,7 @@ class _LeastRatios:
 _OCTAVES = (2, 3)
 # Smallest noise of each axis of a loud sensor, over that of the noisiest sensor. [1] Judgement: shaking has a
 # direction, but reaches all axes.
-_LEAST_SHARE = 0.5
+_MIN_SHARE = 0.5
 # Band of the density below the tremor of a hand. [Hz] Derived: between slower motion and the tremor, see `_TREMOR`.
 _BAND_BELOW = (2.5, 6.5)
 # Band of the tremor of a hand. [Hz] Literature: 8 to 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins
@@ -49,17 +49,17 @@ _VALLEY = (5.0, 6.5)
 _SEGMENT = 2.0
 # Smallest number of periodograms. [1] Judgement: their mean scatters by half at a single frequency, and by less in a
 # band.
-_LEAST_SEGMENTS = 4
+_MIN_SEGMENTS = 4
 # Band below the vibration of engines. [Hz] Study: docs/study/rest.md compares the noise below 2 Hz.
 _BELOW_VIBRATION = (0.75, 2.0)
 # Length of the periodograms of that band. [s] Derived: six frequencies in it.
 _LONG_SEGMENT = 4.0
 # Smallest density in that band that is motion, over that of the noisiest accelerometer. [1] Judgement: the factor of
 # `beyond_class`.
-_LEAST_EXCESS = 1.25
+_MIN_EXCESS = 1.25
 # Half the sampling rate above which a tremor is visible. [Hz] Derived: there are frequencies above 15 Hz, see
 # `_BAND_ABOVE`.
-_LEAST_NYQUIST = 18.0
+_MIN_NYQUIST = 18.0
 # Largest ratio of the density in the band of tremor to that below for which the peaks may be lobes of a moving average.
 # [1] Study: docs/study/rest.md; none of 400 sensors with a moving average is reported as moving.
 _LOBES_BELOW = 0.8
@@ -68,7 +68,7 @@ _LOBES_BELOW = 0.8
 _LOBES_OVER_ABOVE = 40.0
 # Root mean square in the band of tremor above which it may be a hand. [rad/s, m/s^2] Study: docs/study/rest.md;
 # half of the steadiest of the simulated hands.
-_LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
+_MIN_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
 # Smallest ratios of medians of the density, which lines do not raise. [1] Measured: in real and simulated records at
 # rest the ratio to the density below is up to 1.8; with lobes of filters and the angle noise of optical gyros, the
 # ratio to the density above is up to 3.3. For hands they are six or more.
@@ -86,9 +86,9 @@ _EXAMINED = 1 << 17
 # quarter.
 _PARTS = 4
 # Smallest number of means in a part. [means] Derived: a level from the median of 35 differences scatters by 15 %.
-_LEAST_IN_PART = 35
+_MIN_IN_PART = 35
 # Ratio of the levels of the parts that white noise does not reach. [1] Derived: more than four standard errors of 15 %,
-# see `_LEAST_IN_PART`.
+# see `_MIN_IN_PART`.
 _UNSTEADY = 2.0
 
 
@@ -114,7 +114,7 @@ def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
         return None
     if _loud_motion(accelerometers) is not None or all(_is_unsteady(axis) for axis in gyros):
         return loud
-    return _loud_without_tremor(loud) if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST else None
+    return _loud_without_tremor(loud) if gyros[0].stream.grid.rate < 2 * _MIN_NYQUIST else None
 
 
 def _loud_without_tremor(motion: Motion | None) -> Motion | None:
@@ -129,7 +129,7 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
         return None
     levels = [_level(axis) for axis in means]
     noisiest = NOISIEST[means[0].quantity]
-    if not (min(levels) > _LEAST_SHARE * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))):
+    if not (min(levels) > _MIN_SHARE * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))):
         return None
     loudest, level = max(zip(means, levels, strict=True), key=lambda pair: pair[1])
     tau = loudest.tau(max(_OCTAVES[-1], loudest.first))
@@ -139,7 +139,7 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
 def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | None:
     """The loudest axis whose density below vibration exceeds that of any sensor, if the unit is certain."""
     motions: list[Motion] = []
-    limit = _LEAST_EXCESS * NOISIEST["acceleration"]
+    limit = _MIN_EXCESS * NOISIEST["acceleration"]
     for axis in accelerometers:
         if not _level(axis) > NOISIEST["acceleration"]:
             continue  # the means have more noise than this band
@@ -165,7 +165,7 @@ def _level(means: OctaveMeans) -> float:
 
 def _is_unsteady(means: OctaveMeans) -> bool:
     """Whether the noise of the shortest means differs between parts of the record by more than that of a sensor."""
-    if len(means.by_octave[means.first]) < _PARTS * _LEAST_IN_PART:
+    if len(means.by_octave[means.first]) < _PARTS * _MIN_IN_PART:
         return False
     edges = np.linspace(0.0, means.stream.grid.duration, _PARTS + 1)
     levels = [means.median_level(means.first, a, b) for a, b in itertools.pairwise(edges.tolist())]
@@ -204,7 +204,7 @@ def _peaks(axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool
     peaks: list[_Peak] = []
     for axis in axes:
         peak = _peak(axis, by_median=by_median)
-        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < ratios.above:
+        if peak is None or peak.rms < _MIN_TREMOR[axis.quantity] or peak.over_above < ratios.above:
             return ()
         peaks.append(peak)
     quantities = dict.fromkeys(axis.quantity for axis in axes)
@@ -227,7 +227,7 @@ def _geometric_mean(x: Sequence[float]) -> float:
 
 
 def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
-    if axis.stream.grid.rate / 2 < _LEAST_NYQUIST:
+    if axis.stream.grid.rate / 2 < _MIN_NYQUIST:
         return None
     densities = _densities(
         axis,
@@ -255,7 +255,7 @@ def _densities(
     x = take_samples(means.stream, means.channel, count=_EXAMINED)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < _LEAST_SEGMENTS:
+    if len(rows) < _MIN_SEGMENTS:
         return None
     taper = np.hanning(size)
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2

@@ -20,7 +20,7 @@ WINDOW_LENGTH = 1.0
 WINDOW = 16
 # Smallest number of windows for a distribution. [1] Measured: false steps were counted for 24 windows and more, see
 # `_STEP_SPREADS`.
-LEAST_WINDOWS = 24
+MIN_WINDOWS = 24
 # Distance of a burst from the usual cube root of the power of a window, in robust standard deviations; the root is
 # Gaussian to a few per cent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 once in
 # 10⁴ windows.
@@ -47,15 +47,15 @@ _EXCURSION_LENGTHS = 4
 _PART_OF_FARTHEST = 0.6
 # Number of windows on either side of a step that distinguish it from a line. [1] Judgement: two parameters are fitted
 # to eight windows.
-_LEAST_ON_SIDE = 4
+_MIN_ON_SIDE = 4
 # Largest ratio of the length of a gap to the longest lag with a known distribution. [1] Judgement: the spread is
 # extrapolated by √6 at most.
 _LONGER = 6
 # Largest number of runs of missing windows whose two sides are compared. [1] Judgement: limits the time of a record
 # with many gaps.
-_MOST_GAPS = 16
+_MAX_GAPS = 16
 # Number of candidates examined at each length of windows. [1] Judgement: limits the time of a record with many steps.
-_MOST_STEPS = 256
+_MAX_STEPS = 256
 # Change of a difference of two means by rounding. [steps] Derived: each mean is shifted by half a step at most; the
 # rest is a margin.
 _ROUNDING = 1.5
@@ -73,7 +73,7 @@ class Burst:
     """Stretch of one channel with motion."""
 
     channel: str
-    start: int  # samples, without `stop`
+    start: int  # first sample; `stop` follows the last one
     stop: int
     # largest root mean square of the changes from sample to sample in a window, over the usual one; for an excursion,
     # its size in standard deviations of the noise
@@ -158,7 +158,7 @@ def bursts(stream: Stream, windows: Windows) -> list[Burst]:
     not a burst.
     """
     channel, power, w = windows.channel, windows.power, windows.length
-    if np.count_nonzero(np.isfinite(power)) < LEAST_WINDOWS:
+    if np.count_nonzero(np.isfinite(power)) < MIN_WINDOWS:
         return []
     root = np.cbrt(power)
     centre, spread = median_and_spread(present(root))
@@ -191,15 +191,15 @@ def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
     """
     channel, mean, w = windows.channel, windows.mean, windows.length
     candidates: list[MeanStep] = []
-    half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
-    while len(half) >= 2 * LEAST_WINDOWS:
+    half, shortest = mean, w  # means of half windows: a change within a window is divided 3 to 1 at worst
+    while len(half) >= 2 * MIN_WINDOWS:
         window = (half[:-1] + half[1:]) / 2
         differences = window[2:] - window[:-2]
         judged = _departures(stream, channel, differences, _STEP_SPREADS)
         if judged is None:
             break
         distances, spread, limit = judged
-        farthest = np.argsort(-distances)[:_MOST_STEPS]  # NaN last
+        farthest = np.argsort(-distances)[:_MAX_STEPS]  # NaN last
         for i in farthest[distances[farthest] > limit].tolist():
             size = _change(half, i + 2, i + 2)
             if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
@@ -208,7 +208,7 @@ def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
                 gradual = _gradual(mean, place, 2 * w // shortest)
                 half_width = 2 * w if gradual else max(2 * shortest, w // 8)
                 candidates.append(MeanStep(place * shortest, size, 2 * w, ratio, half_width, gradual))
-        candidates += _across_gaps(stream, channel, half, w)
+        candidates += _steps_across_gaps(stream, channel, half, w)
         half, w = _join_pairs(half), 2 * w
     steps: list[MeanStep] = []
     for step in sorted(candidates, key=lambda step: -step.ratio):
@@ -224,7 +224,7 @@ def _change(half: Floats, a: int, b: int) -> float:
     return median(after) - median(before) if min(len(before), len(after)) > 1 else math.nan
 
 
-def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator[MeanStep]:
+def _steps_across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator[MeanStep]:
     """Find steps of the mean between the two sides of missing half windows of w samples.
 
     If a gap is too long for a distribution of differences at this distance, the longest lag with a distribution is used: the
@@ -232,11 +232,11 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
     """
     gaps = sorted(runs(np.isnan(half)), key=lambda gap: gap[0] - gap[1])
     window = (half[:-1] + half[1:]) / 2
-    for a, b in gaps[:_MOST_GAPS]:
+    for a, b in gaps[:_MAX_GAPS]:
         lag = b - a + 2
         if a < 2 or b + 2 > len(half):
             continue
-        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (LEAST_WINDOWS + 2))
+        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (MIN_WINDOWS + 2))
         if judged_lag < 2 or lag > _LONGER * judged_lag:
             continue  # the gap is too long for a distribution from other differences
         usual = window[judged_lag:] - window[:-judged_lag]
@@ -263,7 +263,7 @@ def _departures(
     """
     finite = np.isfinite(x)
     independent = int(np.count_nonzero(finite)) // apart
-    if independent < LEAST_WINDOWS:
+    if independent < MIN_WINDOWS:
         return None
     centre, spread = median_and_spread(x[finite])
     distances = np.abs(x - centre)
@@ -278,7 +278,7 @@ def _gradual(mean: Floats, place: int, half_width: int) -> bool:
     start = max(place - half_width, 0)
     x, k = mean[start : place + half_width], place - start
     is_present = np.isfinite(x)
-    if min(np.count_nonzero(is_present[:k]), np.count_nonzero(is_present[k:])) < _LEAST_ON_SIDE:
+    if min(np.count_nonzero(is_present[:k]), np.count_nonzero(is_present[k:])) < _MIN_ON_SIDE:
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
     t, y = np.flatnonzero(is_present).astype(float), x[is_present]
@@ -299,7 +299,7 @@ def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ())
     c = stream.channels.index(channel)
     candidates: list[Burst] = []
     for _ in range(_EXCURSION_LENGTHS):
-        if len(mean) < 2 * LEAST_WINDOWS:
+        if len(mean) < 2 * MIN_WINDOWS:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
         judged = _departures(stream, channel, away, _STEP_SPREADS)

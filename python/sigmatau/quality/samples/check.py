@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.motion.shocks_and_steps import not_static
-from sigmatau.quality.samples.common import without_dust
+from sigmatau.quality.samples.common import without_rounding_errors
 from sigmatau.quality.samples.copied_stretches import copied_stretches
 from sigmatau.quality.samples.disturbances import disturbances, masked_by
 from sigmatau.quality.samples.interpolation import interpolated
@@ -27,7 +27,7 @@ def check(stream: Stream) -> list[Finding]:
         *(unit or mean_rate(still)),
         *gravity(still),
         *moved,
-        *repeated_samples(masked_by(without_dust(stream), disturbed)),
+        *repeated_samples(masked_by(without_rounding_errors(stream), disturbed)),
     ]
     findings += [*copied_stretches(stream), *interpolated(still), *coarse_resolution(still)]
     # Without its channels, a finding about gyros may equal one about accelerometers.

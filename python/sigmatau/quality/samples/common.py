@@ -25,13 +25,13 @@ _BLOCK = 32
 # Largest starting angle, over the angle covered in the record. [1] Judgement: six bits of a double; the increment of
 # two angles has an error of one unit in the last place of the angle.
 _STARTED = 64.0
-# Share of the usual change below which changes may be rounding errors. [1] Derived: a share dust·√(2/π) of the changes
-# of noise is below it.
-_DUST = 1e-4
+# Share of the usual change below which changes may be rounding errors. [1] Derived: of the changes of noise, √(2/π)
+# of this share are below it.
+_ROUNDING_SHARE = 1e-4
 # Share of such changes above which they are rounding errors. [1] Derived: a hundred times the share of noise, see
-# `_DUST`.
-_DUSTY = 0.01
-# Number of samples used to recognise rounding errors. [samples] Derived: `_DUSTY` of them are 650 changes.
+# `_ROUNDING_SHARE`.
+_MAX_ROUNDING_SHARE = 0.01
+# Number of samples used to recognise rounding errors. [samples] Derived: `_MAX_ROUNDING_SHARE` of them are 650 changes.
 _EXAMINED = 1 << 16
 # Noise above which neighbours are rarely equal by chance. [steps] Derived: a share of 1/(2√π·30), 0.9 %.
 _FINE = 30.0
@@ -39,7 +39,7 @@ _FINE = 30.0
 _STEP_PARTS = 8
 # Shortest part whose step is determined, and ten times the number of changes needed. [samples] Judgement: the smallest
 # of 25 changes shows a coarse step.
-_LEAST_IN_PART = 250
+_MIN_IN_PART = 250
 # Ratio of the coarsest to the finest step above which the step grows. [1] Derived: steps of floating-point numbers
 # differ by factors of 2.
 _STEP_GROWTH = 1.5
@@ -48,11 +48,11 @@ _STEP_GROWTH = 1.5
 _FULL = 5e-3
 # Number of pairs of clusters below which an Allan variance is not a bound on white noise. [1] Derived: its relative
 # error is √(3/200), 12 %.
-_LEAST_PAIRS = 200
+_MIN_PAIRS = 200
 # Number of standard errors, √(3/pairs) for white noise, by which a variance is raised, because the smallest of many
 # variances is likely to have few pairs. [1] Judgement: a 95 % interval.
 _PAIR_ERRORS = 2.0
-# Number of runs from which their tail is judged. [1] Judgement: half of them are `_MIN_TAIL`.
+# Smallest number of runs whose tail is judged. [1] Judgement: half of them are `_MIN_TAIL`.
 _MIN_RUNS = 40
 # Ratio of the number of runs to those in the tail. [1] Judgement: the last tenth of waiting times is exponential.
 _TAIL_PART = 10
@@ -148,7 +148,7 @@ def block_rms(x: Floats) -> float:
     return float(np.sqrt(np.mean(power[quarter : len(power) - quarter])))
 
 
-def rounding_dust(x: Floats, n: int) -> float:
+def largest_rounding(x: Floats, n: int) -> float:
     """Largest change of n increments x by rounding of the original angles: ε·64·n·rms(x).
 
     In n samples an angle changes by at most n times their root mean square, and it is rounded to ε of that.
@@ -157,7 +157,7 @@ def rounding_dust(x: Floats, n: int) -> float:
 
 
 @stream_fact
-def without_dust(stream: Stream) -> Stream:
+def without_rounding_errors(stream: Stream) -> Stream:
     """Make values equal that differ only by rounding, such as differences of printed angles."""
     columns, changed = [], False
     if stream.samples.transforms[0].kind != "increments":  # counts minus a slow bias differ by more than rounding
@@ -168,10 +168,10 @@ def without_dust(stream: Stream) -> Stream:
         some = np.abs(np.diff(sample))
         some = some[some > 0]
         scale = block_rms(
-            some[some > rounding_dust(sample, stream.grid.n)]
+            some[some > largest_rounding(sample, stream.grid.n)]
         )  # most changes of coarse counts may be rounding errors
-        if scale > 0 and np.count_nonzero(some < _DUST * scale) > _DUSTY * len(some):
-            x, changed = _joined(x, _DUST * scale), True
+        if scale > 0 and np.count_nonzero(some < _ROUNDING_SHARE * scale) > _MAX_ROUNDING_SHARE * len(some):
+            x, changed = _joined(x, _ROUNDING_SHARE * scale), True
         columns.append(x)
     return stream.with_rates(columns) if changed else stream
 
@@ -189,13 +189,13 @@ def growing_step(x: Floats) -> float:
 
     The step of a single-precision angle or velocity doubles with its size; the common step of all values is the first one.
     """
-    if len(x) < _STEP_PARTS * _LEAST_IN_PART:
+    if len(x) < _STEP_PARTS * _MIN_IN_PART:
         return 0.0
     steps, coarse = [], 0.0
     for part in np.array_split(x, _STEP_PARTS):
         changes = np.abs(np.diff(part))
         changes = changes[changes > 0]
-        if len(changes) < _LEAST_IN_PART // 10:
+        if len(changes) < _MIN_IN_PART // 10:
             continue
         nearest = float(changes.min())
         steps.append(nearest)
@@ -227,7 +227,7 @@ def white_level(x: Floats, tau0: float) -> tuple[float, int]:
     levels = [
         (tau0 * m * avar * (1 + _PAIR_ERRORS * math.sqrt(3 / pairs)), tau0 * m * avar, m)
         for m, avar, pairs in octaves(x)
-        if pairs >= _LEAST_PAIRS or m == 1
+        if pairs >= _MIN_PAIRS or m == 1
     ]
     _, level, m = min(levels, default=(math.nan, math.nan, 1))
     return level, m

@@ -21,17 +21,17 @@ _TURN, _HIGH = 7, 40  # shift of the second sample of a pair, and shift to the w
 
 # Number of rows in the shortest copy that is reported. [samples] Judgement: shorter ones are copied rows or held
 # samples.
-_LEAST_ROWS = 64
+_MIN_ROWS = 64
 # Probability that a record of noise contains equal stretches of that length. [1] Judgement: one false alarm in 10⁶
 # records.
 _FALSE_ALARM = 1e-6
-# Smallest probability of equal samples on an axis. [1] Judgement: counts of equal samples of noise are not more precise.
-_LEAST_CHANCE = 1e-3
+# Smallest probability of equal samples on an axis. [1] Judgement: a smaller one cannot be estimated from the samples.
+_MIN_CHANCE = 1e-3
 # Number of samples whose bits form a key. [samples] Judgement: eight samples of coarse noise seldom recur by chance.
 _KEY = 8
-# Number of keys per examined key. The value of a key decides, so that the same places are examined in a stretch and its
-# copy. [1] Derived: `_LEAST_ROWS` contains seven of them on average.
-_PART_OF_KEYS = 8
+# Number of keys per examined key. The value of a key decides whether it is examined, so that a stretch and its copy are
+# examined at the same places. [1] Derived: `_MIN_ROWS` contain seven examined keys on average.
+_KEYS_PER_EXAMINED = 8
 # Number of distances between equal keys that are examined, the most frequent first. [1] Judgement: limits the time.
 _LAGS = 8
 # Number of samples used to choose the axis with the most distinct values. [samples] Judgement: a few thousand are
@@ -46,7 +46,7 @@ def copied_stretches(stream: Stream) -> list[Finding]:
     sample by chance. A stretch that overlaps its copy belongs to a periodic signal and is not reported.
     """
     n = stream.grid.n
-    if n < 2 * _LEAST_ROWS:
+    if n < 2 * _MIN_ROWS:
         return []
     axis = max(stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[:_EXAMINED]))))
     best = (0, 0, 0)
@@ -54,10 +54,10 @@ def copied_stretches(stream: Stream) -> list[Finding]:
         first, length = _longest_equal(stream, lag)
         best = max(best, (length, first, lag)) if length <= lag else best
     length, first, lag = best
-    if length < _LEAST_ROWS:
+    if length < _MIN_ROWS:
         return []
     chances = [equal_by_chance(stream, channel) for channel in stream.channels]
-    by_chance = sum(math.log(min(max(chance, _LEAST_CHANCE), 1.0)) for chance in chances)
+    by_chance = sum(math.log(min(max(chance, _MIN_CHANCE), 1.0)) for chance in chances)
     if 2 * math.log(n) + length * by_chance > math.log(_FALSE_ALARM):
         return []
     time = stream.grid.time
@@ -94,7 +94,7 @@ def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uin
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
     # pairs of coarse values recur too often
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)
-    places = np.flatnonzero((fours[: len(x) - _KEY + 1] >> np.uint64(_HIGH)) & np.uint64(_PART_OF_KEYS - 1) == 0)
+    places = np.flatnonzero((fours[: len(x) - _KEY + 1] >> np.uint64(_HIGH)) & np.uint64(_KEYS_PER_EXAMINED - 1) == 0)
     # Samples of a key must be neither stuck nor missing.
     places = places[(x[places] != x[places + _KEY - 1]) & np.isfinite(x[places])]
     keys = fours[places]

@@ -15,7 +15,7 @@ from sigmatau.arrays import Floats
 # rounding of the sum is visible with six standard errors.
 _EXAMINED = 1 << 20
 # Smallest number of sums whose variance is compared. [1] Derived: its error is then √(3/256), 11 %.
-_LEAST_SUMS = 256
+_MIN_SUMS = 256
 # Variance of sums above which longer sums are not compared. [steps²] Derived: the rounding is an eighth of it, and
 # longer sums contain slow noise.
 _MAX_VARIANCE = 2.0
@@ -28,7 +28,7 @@ _ERRORS = 4.5
 _MAX_DEVIATION = 0.12
 # Variance of samples below which the positions of an angle within a step may not be uniform. [steps²] Judgement: such
 # an angle passes so few steps that most counts come from a few passages.
-_LEAST_VARIANCE = 0.1
+_MIN_VARIANCE = 0.1
 # Largest reduction of the variance of sums of separately rounded samples, over the variance of the rounding. [1]
 # Measured: within 0.06 for white noise and for wandering noise.
 _UNEXPLAINED = 0.3
@@ -50,7 +50,7 @@ def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None
     samples = samples[:_EXAMINED]
     sizes, variances, errors = [], [], []
     size = 1
-    while len(samples) // size >= _LEAST_SUMS:
+    while len(samples) // size >= _MIN_SUMS:
         sums = samples if size == 1 else samples[: len(samples) // size * size].reshape(-1, size).sum(axis=1)
         variance, error = _variance(sums)
         sizes.append(size)
@@ -67,17 +67,17 @@ def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None
     unsure = np.hypot(chance[0], chance / m)
     if (missing[1:] > np.maximum(unsure, _UNEXPLAINED * expected)[1:]).any():
         allowed = chance + _MAX_DEVIATION * np.minimum(_ROUNDING, measured)
-        predicted = _variances_if_rounded(m, steps_a_sample(samples))
-        if measured[0] < _LEAST_VARIANCE:
+        predicted = _variances_if_rounded(m, steps_per_sample(samples))
+        if measured[0] < _MIN_VARIANCE:
             predicted = predicted * (measured[0] / predicted[0])
         # In units of the allowed deviation, for each size and each tested noise.
-        deviation = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * _LEAST_VARIANCE)[:, None]
+        deviation = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * _MIN_VARIANCE)[:, None]
         return "of_sums" if deviation.max(axis=0).min() < 1 else None
     separately = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < _UNEXPLAINED * expected[-1]
     return "of_samples" if separately else None
 
 
-def steps_a_sample(samples: Floats) -> float:
+def steps_per_sample(samples: Floats) -> float:
     """Mean rate modulo whole steps per sample: −0.5 to 0.5. An offset of the log does not matter."""
     present = samples[np.isfinite(samples)]
     return float(np.rint(present - present[0]).mean() + 0.5) % 1 - 0.5 if len(present) else 0.0

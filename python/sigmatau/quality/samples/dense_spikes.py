@@ -13,7 +13,7 @@ from sigmatau._native.neighbours import neighbour_medians, residuals, scatter
 from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.quality.samples.common import SIGMAS, beyond_chance, present
 from sigmatau.quality.samples.spike_scale import (
-    LEAST_HEIGHT,
+    MIN_HEIGHT,
     NORMAL_QUARTILE,
     SIDE,
     TAIL_COUNT,
@@ -33,8 +33,8 @@ _HUMP_FROM = 5.0
 _HUMP_RATIO = 2.0
 # Share of noise among the detected spikes. [1] Judgement: it is 1e-4 if the scale of the noise has an error of 7 %.
 _FALSE_SHARE = 1e-5
-# Share of noise if more than `_NEAR_SHARE` of the spikes exceed the threshold by less than `_NEAR_WIDTH`. [1]
-# Judgement: otherwise spikes below the threshold would be missed, which is worse.
+# Share of noise among them if more than `_NEAR_SHARE` of the spikes exceed the threshold by less than `_NEAR_WIDTH`.
+# [1] Judgement: otherwise spikes below the threshold would be missed, which is worse.
 _NEAR_FALSE_SHARE = 1e-2
 # Distance above the threshold within which spikes are near it. [standard deviations] Judgement: see
 # `_NEAR_FALSE_SHARE`.
@@ -71,7 +71,7 @@ _RECHECKED = 1.5
 # Number of these further rounds. [1] Judgement: each round finds one more spike on either side of a group.
 _RECHECK_ROUNDS = 4
 # Smallest number of residuals in the tail. [samples] Judgement: their scale has an error of 4 %.
-_LEAST_RESIDUALS = 512
+_MIN_RESIDUALS = 512
 # Length of the blocks; a spike is compared with the noisiest of three blocks. [samples] Judgement: a median of one
 # block has an error of 7 %.
 _SCALE_BLOCK = 128
@@ -136,7 +136,7 @@ def dense_spikes(x: Floats, step: float) -> Bools | None:
     return is_spike if is_spike.any() else None
 
 
-def hidden(rest: Floats, step: float) -> bool:
+def has_hidden_spikes(rest: Floats, step: float) -> bool:
     """Whether the remaining samples have more outliers than noise, so that smaller spikes remain."""
     tail = _tail(rest, step)
     if tail is None:
@@ -146,7 +146,7 @@ def hidden(rest: Floats, step: float) -> bool:
 
 
 def _threshold(false_share: float) -> float:
-    return min(max(-_NORMAL.inv_cdf(false_share / 2), TAIL_FROM), LEAST_HEIGHT)
+    return min(max(-_NORMAL.inv_cdf(false_share / 2), TAIL_FROM), MIN_HEIGHT)
 
 
 def _tail(x: Floats, step: float) -> _Tail | None:
@@ -159,7 +159,7 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     for side in (WIDE, SIDE):
         sizes = [np.abs(_residual(part, side, step)) for part in parts]
         sizes_present = present(np.concatenate(sizes))
-        if len(sizes_present) < _LEAST_RESIDUALS:
+        if len(sizes_present) < _MIN_RESIDUALS:
             return None
         usual = median(sizes_present)
         if best is None or usual < best[0]:
@@ -171,12 +171,12 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     ordered = np.sort(present(np.concatenate(relative)))
     scale, share = _scale(ordered)
     quantile = 0.5 if share < _MANY_SPIKES else 0.25
-    heights, in_company = [], []
+    heights, has_close_neighbour = [], []
     for part, size, each in zip(parts, sizes, relative, strict=True):
         places = np.flatnonzero(each > _REMAINING * scale)
         alone = places[_stands_alone(part, places, side, size[places], quantile, _SCATTER_FACTOR)]
         heights.append(each[alone])
-        in_company.append(_is_in_company(alone[each[alone] > TAIL_FROM * scale]))
+        has_close_neighbour.append(_has_close_neighbour(alone[each[alone] > TAIL_FROM * scale]))
     return _Tail(
         side=side,
         usual=usual,
@@ -184,11 +184,11 @@ def _tail(x: Floats, step: float) -> _Tail | None:
         share=share,
         heights=np.concatenate(heights) / scale,
         count=len(ordered),
-        clustered=_is_clustered(np.concatenate(in_company), len(ordered)),
+        clustered=_is_clustered(np.concatenate(has_close_neighbour), len(ordered)),
     )
 
 
-def _is_in_company(places: Ints) -> Bools:
+def _has_close_neighbour(places: Ints) -> Bools:
     """Mark indices with another index close by, but not adjacent."""
     first, last = _APART, _REACH
 
@@ -199,12 +199,12 @@ def _is_in_company(places: Ints) -> Bools:
     return np.asarray(after | (count_to(places - first, "right") > count_to(places - last, "left")))
 
 
-def _is_clustered(in_company: Bools, n: int) -> bool:
+def _is_clustered(has_close_neighbour: Bools, n: int) -> bool:
     """Whether more spikes have another spike close by than independent spikes would."""
-    chance = 1 - (1 - min(len(in_company) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
-    expected = len(in_company) * chance
+    chance = 1 - (1 - min(len(has_close_neighbour) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
+    expected = len(has_close_neighbour) * chance
     limit = _CLUSTERED * expected + SIGMAS * math.sqrt(expected + 1)
-    return bool(np.count_nonzero(in_company) > limit)
+    return bool(np.count_nonzero(has_close_neighbour) > limit)
 
 
 def _scale(ordered: Floats) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.motion.shocks_and_steps import shocks
 from sigmatau.quality.motion.start_transient import start_transient
-from sigmatau.quality.samples.common import without_dust
+from sigmatau.quality.samples.common import without_rounding_errors
 from sigmatau.quality.samples.dropouts import dropouts
 from sigmatau.quality.samples.duplicate_rows import copies
 from sigmatau.quality.samples.interpolation import filled_outages
@@ -36,12 +36,12 @@ CAUSES: dict[str, Callable[[Stream], list[MaskedFinding]]] = {
 }
 """Causes by their names in `keep`, in the order of the search. Each search ignores the samples of previous causes."""
 
-_TO_ROUNDING = 1e-6  # rounding tolerance [samples]
-_EQUAL = ("dropouts", "saturation", "stuck", "copies")  # causes that compare samples for equality
+_ROUNDING = 1e-6  # rounding tolerance [samples]
+_COMPARE_EQUAL = ("dropouts", "saturation", "stuck", "copies")  # causes that compare samples for equality
 
 
 # Largest share of a channel that a disturbance can have. [1] Judgement: at least half of the samples must remain.
-_MOST_LEFT_OUT = 0.4
+_MAX_LEFT_OUT = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,11 +57,11 @@ class Disturbance:
 def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
     """Find the disturbances of a stream, in the order of `CAUSES`."""
     collected: list[Disturbance] = []
-    even = without_dust(stream)
-    for cause, looked_for in CAUSES.items():
-        here = masked_by(even if cause in _EQUAL else stream, collected)
-        for finding, mask in looked_for(here):
-            usable = mask is not None and mask.mean(axis=0).max() <= _MOST_LEFT_OUT
+    without_errors = without_rounding_errors(stream)
+    for cause, search in CAUSES.items():
+        remaining = masked_by(without_errors if cause in _COMPARE_EQUAL else stream, collected)
+        for finding, mask in search(remaining):
+            usable = mask is not None and mask.mean(axis=0).max() <= _MAX_LEFT_OUT
             collected.append(Disturbance(cause, finding, mask if usable else None))
     return tuple(collected)
 
@@ -90,7 +90,7 @@ def disturbances_outside(stream: Stream, spans: Collection[Span]) -> tuple[Distu
 
 def first_sample_from(stream: Stream, time: float) -> int:
     """Index of the first sample of a stream at or after a time from the beginning of the record. [s]"""
-    index = (time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING
+    index = (time - stream.grid.lead) / stream.grid.tau0 - _ROUNDING
     return math.ceil(min(max(index, 0), stream.grid.n))
 
 

@@ -65,7 +65,7 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     first, second = np.diff(x), np.diff(x, n=2)
     is_present = np.isfinite(second)
     count = int(np.count_nonzero(is_present))
-    # Counts with an added slow bias have no common step, but changes of zero as often as lines.
+    # Counts with an added slow bias have no common step, but their changes are zero as often as those of lines.
     chance = max(zero.chance, float(np.count_nonzero(np.abs(first) <= zero.largest)) / count)
     if chance > TOO_COARSE:
         return None

@@ -35,7 +35,7 @@ _MIN_STRETCHES = 20
 _MAX_SPREAD = 0.5
 # Smallest share of copies among values other than the most frequent one, over that among all. [1] Judgement: a sensor
 # that is slower than its log repeats all values equally.
-_LEAST_SHARE_RATIO = 0.9
+_MIN_SHARE_RATIO = 0.9
 # Number of parts of the record; more than half of them must have copies. [1] Judgement: a sensor that is slower than
 # its log is slow all the time.
 _PARTS = 8
@@ -221,7 +221,7 @@ def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, 
         return True
     values, counts = np.unique(x[: 1 << 16], return_counts=True)
     moving = x[:-1] != values[np.argmax(counts)]
-    return int(np.count_nonzero(equal & moving)) > _LEAST_SHARE_RATIO * share * int(np.count_nonzero(moving))
+    return int(np.count_nonzero(equal & moving)) > _MIN_SHARE_RATIO * share * int(np.count_nonzero(moving))
 
 
 def _share_together(shares: list[float], all_at_once: float, n: int) -> float:

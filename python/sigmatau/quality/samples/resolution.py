@@ -11,8 +11,8 @@ from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import block_rms, present, rounding_dust, take_samples, white_level
-from sigmatau.quality.samples.counts import rounding_by_sums, steps_a_sample
+from sigmatau.quality.samples.common import block_rms, largest_rounding, present, take_samples, white_level
+from sigmatau.quality.samples.counts import rounding_by_sums, steps_per_sample
 from sigmatau.record.streams import Stream
 
 # Number of samples in which the step is searched. [samples] Judgement: enough for a channel with 10⁵ steps in a
@@ -45,7 +45,7 @@ _WHITE_FROM = 0.5
 _MIN_SUMS = 32
 # Smallest number of sums of coarse increments whose likelihood is used. [1] Study: docs/study/disturbed.md; in 167 of
 # 170 simulated records the interval of the random walk contained the truth.
-LEAST_SUMS = 256
+MIN_SUMS = 256
 # Smallest step that is tested, over the usual change. [1] Judgement: smaller ones are printed decimals.
 _SMALLEST_STEP = 1 / 6
 # Largest step that is tested, over the usual change. [1] Judgement: with a larger one most changes are zero.
@@ -140,7 +140,7 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
     """Step and noise of a channel; None if its values have no detectable common step."""
     x = take_samples(stream, channel, count=_EXAMINED)
     # Rates may be differences of angles, made by another program; their rounding errors are not steps.
-    rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
+    rounding = max(_rounding(stream, channel), largest_rounding(x, stream.grid.n))
     step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
     if not step:
         return None
@@ -235,8 +235,8 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
     factors: tuple[tuple[str, float], ...] = ()
     if _counted(stream, channel, step):
         samples = stream.column(channel) / step
-        summed, passing = white_sum(samples), abs(steps_a_sample(samples)) / tau0
-        needed = None if summed is None else LEAST_SUMS * summed
+        summed, passing = white_sum(samples), abs(steps_per_sample(samples)) / tau0
+        needed = None if summed is None else MIN_SUMS * summed
         enough = needed is not None and stream.grid.n >= needed
         severity = "info" if enough else "warning"
         details = replace(

@@ -37,7 +37,7 @@ _PULSE_STEPS = 40.0
 _SUMMED = 8
 # Power of such sums, over that of independent increments, below which the samples are the changes of a rounded angle.
 # [1] Derived: white noise has 1, rounding alone 1/8.
-_LEAST_OF_SUMS = 0.5
+_MIN_OF_SUMS = 0.5
 # Smallest number of clipped samples in each tenth of the record, over the mean, if they are spread over the record. [1]
 # Judgement: slow noise moves the mean.
 _MIN_PART_OF_MEAN = 0.3
@@ -114,7 +114,7 @@ def _is_rounded_angle(x: Floats) -> bool:
     """Whether samples are mostly changes of a rounded angle, in which the neighbours of a large sample are smaller."""
     sums = present(x[: len(x) // _SUMMED * _SUMMED].reshape(-1, _SUMMED).sum(axis=1))
     independent = 2 * _SUMMED * block_rms(present(x) - median(present(x))) ** 2
-    return block_rms(np.diff(sums)) ** 2 < _LEAST_OF_SUMS * independent
+    return block_rms(np.diff(sums)) ** 2 < _MIN_OF_SUMS * independent
 
 
 def _visits(places: Ints) -> int:
@@ -123,7 +123,9 @@ def _visits(places: Ints) -> int:
 
 
 def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
-    """Standard deviation of unit Gaussian noise whose parts `low` and `high` are held at the ends, `half` a step out."""
+    """Standard deviation of clipped Gaussian noise, σ = 1. The shares `low` and `high` of the noise are beyond the ends
+    and become the ends, moved outwards by `half` a step.
+    """
     a = _NORMAL.inv_cdf(low) if low > 0 else -40.0
     b = -_NORMAL.inv_cdf(high) if high > 0 else 40.0
     pa, pb = _NORMAL.pdf(a), _NORMAL.pdf(b)

@@ -17,7 +17,7 @@ NORMAL_QUARTILE = NormalDist().inv_cdf(0.75)  # median of absolute standard norm
 FALSE_SPIKES = 1e-4
 # Smallest height of a spike. [standard deviations] Judgement: in a short record a smaller limit would depend on an
 # assumed tail.
-LEAST_HEIGHT = 6.0
+MIN_HEIGHT = 6.0
 # Beginning of the tail. [standard deviations] Derived: of the residuals that determine the scale, noise has 1.6 beyond it.
 TAIL_FROM = 4.0
 # Number of residuals in the tail from which it is examined. [samples] Derived: noise has fewer, see `TAIL_FROM`.

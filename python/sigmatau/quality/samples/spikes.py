@@ -14,13 +14,13 @@ from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spans import longest_spans
 from sigmatau.quality.facts import channel_fact, stream_fact
-from sigmatau.quality.samples.common import block_rms, present, rounding_dust
-from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
+from sigmatau.quality.samples.common import block_rms, largest_rounding, present
+from sigmatau.quality.samples.dense_spikes import dense_spikes, has_hidden_spikes
 from sigmatau.quality.samples.masking import MaskedFinding, masked
 from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.quality.samples.spike_scale import (
     FALSE_SPIKES,
-    LEAST_HEIGHT,
+    MIN_HEIGHT,
     NORMAL_QUARTILE,
     SIDE,
     STRETCH,
@@ -115,7 +115,7 @@ def spike_mask(stream: Stream, channel: str) -> Bools:
 def more_below(rest: Floats) -> bool:
     """Whether the remaining samples have more outliers than noise, so that smaller spikes remain."""
     scale = _scale(rest)
-    return not scale.smooth and hidden(rest, scale.step)
+    return not scale.smooth and has_hidden_spikes(rest, scale.step)
 
 
 @stream_fact
@@ -172,7 +172,7 @@ def _multiple(n: int) -> float:
     """Threshold in standard deviations: six; more for long records, and for short records, whose scale is uncertain."""
     needed = -NormalDist().inv_cdf(FALSE_SPIKES / (2 * n))
     used = min(n, STRETCH * STRETCHES)
-    return max(LEAST_HEIGHT, needed) * (1 + 2 / math.sqrt(used / _SCATTER_SIDE))
+    return max(MIN_HEIGHT, needed) * (1 + 2 / math.sqrt(used / _SCATTER_SIDE))
 
 
 def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
@@ -215,7 +215,7 @@ def _scale(x: Floats) -> _Scale:
     """Estimate the noise of a part of the record."""
     parts, side = stretches(x), SIDE
     rows = np.stack(parts)
-    dust = rounding_dust(rows.ravel(), len(x))
+    dust = largest_rounding(rows.ravel(), len(x))
     residual = (rows[:, side:] - _median(*(rows[:, k : k - side] for k in range(side)))).ravel()
     if np.isnan(rows).any():
         differences = np.abs(np.concatenate([np.diff(present(part)) for part in parts]))

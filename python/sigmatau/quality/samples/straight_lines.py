@@ -23,7 +23,7 @@ _MIN_SHARE = 0.004
 _TIMES_CHANCE = 3.0
 # Shortest line in the tail by which other lines are judged. [samples] Judgement: three samples are on a line by chance
 # more often than an exponential tail predicts.
-_LEAST_IN_TAIL = 4
+_MIN_IN_TAIL = 4
 # Share of samples on lines above which too little noise is left for a comparison. [1] Judgement: a tenth of the record
 # must be noise.
 _MAX_SHARE = 0.9
@@ -73,7 +73,6 @@ def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
 class StraightParts:
     """Samples on the line through their neighbours."""
 
-    # the samples on a line
     places: Ints  # indices of these samples
     chance: float  # share of all samples that are on a line in noise
     # change of second differences from sample to sample, over their size: 1.8 for white noise, small after a filter
@@ -116,7 +115,8 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     # Noise has nearly the same density just beyond the tolerance; intermittent noise is near zero more often than its
     # mean predicts.
     chance = max(zero.chance, beyond / (2 * max(stream.grid.n, 1)))
-    # Counts with an added slow bias have no common step, but changes of nearly zero as often as lines. In white noise,
+    # Counts with an added slow bias have no common step, but their changes are nearly zero as often as their second
+    # differences. In white noise,
     # changes are near zero √3 times as often as second differences, which are √3 times larger.
     second = np.diff(some, n=2)
     second = second[np.isfinite(second)]
@@ -146,7 +146,7 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     longest = math.log(n / _FALSE_ALARM) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
     steps = resolution(stream, channel)
     if steps is not None and steps.ratio < FEW_STEPS:
-        longest = max(longest, longest_of_tail(lengths[lengths >= _LEAST_IN_TAIL], false_alarm=_FALSE_ALARM))
+        longest = max(longest, longest_of_tail(lengths[lengths >= _MIN_IN_TAIL], false_alarm=_FALSE_ALARM))
     long = lengths >= max(_MIN_STRETCH, longest)
     single = lengths < _MIN_STRETCH
     chance = parts.chance

@@ -84,7 +84,7 @@ _SAME_FACTOR = 1e-6
 # for LSM6, BMI and ICM parts. Older parts have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at
 # full range).
 USUAL_OFFSET = 10 * DEGREE
-# White noise over that of the noisiest gyro, from which on the unit is wrong. [1] Judgement: allows for a sensor that
+# White noise over that of the noisiest gyro, above which the unit is wrong. [1] Judgement: allows for a sensor that
 # is worse than its datasheet.
 _TIMES_NOISIEST = 2.0
 # White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h. [rad/s/√Hz] Literature: strategic
@@ -104,7 +104,7 @@ _EXAMINED = 1 << 17
 # pairs at longer times.
 _SHORT = 64
 # Smallest number of pairs of clusters at longer times. [1] Derived: a relative error of √(3/200), 12 %.
-_LEAST_PAIRS = 200
+_MIN_PAIRS = 200
 
 
 def implausible_unit(stream: Stream) -> list[Finding]:
@@ -295,5 +295,5 @@ def _levels(stream: Stream, channel: str) -> tuple[float, float]:
     """
     x, tau0 = take_samples(stream, channel, count=_EXAMINED), stream.grid.tau0
     level, _ = white_level(x, tau0)
-    levels = [m * tau0 * avar for m, avar, pairs in octaves(x) if m < _SHORT or pairs > _LEAST_PAIRS]
+    levels = [m * tau0 * avar for m, avar, pairs in octaves(x) if m < _SHORT or pairs > _MIN_PAIRS]
     return math.sqrt(max(level, 0.0)), math.sqrt(max(levels, default=0.0))

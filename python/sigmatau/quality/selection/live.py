@@ -23,9 +23,9 @@ _SENSORS = {"gyro": "angular_rate", "accel": "acceleration"}
 _BLOCK = 30.0
 # Smallest length of a block. [samples] Judgement: three blocks are longer than the shortest record, see
 # `sigmatau.quality.selection.rest`.
-_LEAST_BLOCK = 64
+_MIN_BLOCK = 64
 # Largest length of a block. [samples] Judgement: limits the memory.
-_MOST_BLOCK = 1 << 18
+_MAX_BLOCK = 1 << 18
 
 
 class LiveStretches:
@@ -62,7 +62,7 @@ class LiveStretches:
         self.judged: bool = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
         self.n: int = 0  # samples received so far
         self.motion: Motion | None = None  # the strongest motion so far
-        self._block = min(max(round(_BLOCK * rate), _LEAST_BLOCK), _MOST_BLOCK)
+        self._block = min(max(round(_BLOCK * rate), _MIN_BLOCK), _MAX_BLOCK)
         self._before: Floats = np.empty((0, len(self.channels)))  # the last block that was summed
         self._waiting: list[Floats] = []
         self._number = 0  # number of waiting samples

@@ -43,31 +43,31 @@ _REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tel
 
 # Shortest stretch at rest that is analysed. [s] Judgement: as the shortest record with accelerometers alone, see
 # `_SHORTEST`.
-_LEAST_STILL = 20.0
+_MIN_STILL = 20.0
 # Smallest share of the longest stretch in a record that is partly at rest. [1] Judgement: by chance, a moving sensor is
 # at rest for a shorter time.
-_LEAST_SHARE = 0.25
+_MIN_SHARE = 0.25
 # Smallest share of all stretches in a record that is partly at rest. [1] Judgement: allows for a record in several
 # positions.
-_LEAST_SUM = 0.5
+_MIN_SUM = 0.5
 # Number of stretches at rest that a finding about motion lists. [1] Judgement: the longest are enough to choose from.
 _LISTED = 3
 # Largest loss of a record that is only an info, as a share. [1] Judgement: intervals become 5 % wider.
 _MINOR_LOSS = 0.1
 # Longest means that are compared before and after a motion. [s] Judgement: the drift over a minute is small.
 _MEAN = 60.0
-# Longest such means, over the longer of the two stretches. [1] Judgement: each stretch then has several differences.
+# Longest such means, as a share of the longer of the two stretches. [1] Judgement: each then has several differences.
 _MEAN_SHARE = 0.1
 # Difference of the means before and after a motion, over the root mean square of differences without motion above
 # which the position has changed. [1] Derived: noise exceeds it in 0.3 % of the cases.
 _OTHER_POSITION = 3.0
 # Smallest number of differences without motion. [1] Judgement: their root mean square then has an error of a quarter.
-_LEAST_DIFFERENCES = 8
+_MIN_DIFFERENCES = 8
 # Length of the shortest record that can be judged. [s] Study: docs/study/rest.md lists the shares of moving records
 # that shorter records hide.
 _SHORTEST = {"angular_rate": 10.0, "acceleration": 20.0}
 # Length of the shortest record that can be judged. [samples] Study: docs/study/rest.md.
-_LEAST_SAMPLES = 150
+_MIN_SAMPLES = 150
 # Smallest share of that length that counts as long enough. [1] Judgement: a record of 10 s may lack its last samples.
 _LONG_ENOUGH = 0.99
 
@@ -156,14 +156,14 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
         return Rest(verdict="at_rest", still=((begins, ends),))
     edges = [begins, *(edge for span in spans for edge in span), ends]
     between = zip(edges[::2], edges[1::2], strict=True)
-    still = tuple((start, stop) for start, stop in between if stop - start >= _LEAST_STILL)
+    still = tuple((start, stop) for start, stop in between if stop - start >= _MIN_STILL)
     return Rest(verdict="partly_at_rest" if partly(still, ends - begins) else "not_at_rest", still=still, motion=motion)
 
 
 def partly(still: Sequence[Span], duration: float) -> bool:
     """Whether a record of `duration` [s] with motion is at rest for long enough to be analysed in part."""
-    lengths = [stop - start for start, stop in still if stop - start >= _LEAST_STILL]
-    return bool(lengths) and (max(lengths) >= _LEAST_SHARE * duration or sum(lengths) >= _LEAST_SUM * duration)
+    lengths = [stop - start for start, stop in still if stop - start >= _MIN_STILL]
+    return bool(lengths) and (max(lengths) >= _MIN_SHARE * duration or sum(lengths) >= _MIN_SUM * duration)
 
 
 def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
@@ -278,7 +278,7 @@ def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) ->
     for channel in range(len(stream.channels)):
         change = _mean(stream, channel, c, c + w) - _mean(stream, channel, b - w, b)
         usual = np.concatenate([_differences(stream, channel, start, stop, w, lag) for start, stop in stretches])
-        if len(usual) < _LEAST_DIFFERENCES:
+        if len(usual) < _MIN_DIFFERENCES:
             return False
         if not abs(change) <= _OTHER_POSITION * float(np.sqrt(np.mean(usual * usual))):
             return False
@@ -314,7 +314,7 @@ def shortest_record(streams: Sequence[Stream]) -> float:
 def shortest_length(quantities: Iterable[str], tau0: float) -> float:
     """Length of the shortest record of some quantities with the same sample interval. [s]"""
     lengths = [_SHORTEST[quantity] for quantity in quantities if quantity in SENSOR_CLASSES]
-    return max(min(lengths), _LEAST_SAMPLES * tau0) if lengths else 0.0
+    return max(min(lengths), _MIN_SAMPLES * tau0) if lengths else 0.0
 
 
 def judged_length(streams: Sequence[Stream]) -> float:

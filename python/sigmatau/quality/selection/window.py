@@ -33,11 +33,11 @@ _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-
 _BLOCK = 60.0
 # Smallest number of means in a window; the means in a short window are shorter. [1] Judgement: their standard deviation
 # then has an error of a quarter.
-_LEAST_BLOCKS = 10
-# Smallest length of a mean of the deciding stream. [1] Derived: one sample has no scatter.
-_LEAST_WINDOWS = 2
+_MIN_BLOCKS = 10
+# Smallest number of blocks in a record by which a window is chosen. [1] Derived: one block has no scatter.
+_MIN_RECORD_BLOCKS = 2
 # Share of the blocks in a window that may have no mean. [1] Judgement: a window with more is not stable.
-_MOST_EMPTY = 0.1
+_MAX_EMPTY = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +147,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
 
 def criterion(record: Record, stream: Stream) -> Criterion:
     """Criterion by which the most stable window of a stream is chosen; see `most_stable`."""
-    usable = [s for s in record.streams if s.grid.duration >= _LEAST_WINDOWS * _BLOCK and s.grid.tau0 <= _BLOCK]
+    usable = [s for s in record.streams if s.grid.duration >= _MIN_RECORD_BLOCKS * _BLOCK and s.grid.tau0 <= _BLOCK]
     for candidate in usable:
         if candidate.quantity == "temperature" and candidate is not stream:
             return Criterion(kind="temperature", stream=candidate)
@@ -160,7 +160,7 @@ def criterion(record: Record, stream: Stream) -> Criterion:
 
 def block_length(length: float, tau0: float) -> int:
     """Samples in a block: 60 s, or a tenth of the window if that is less."""
-    return max(round(min(_BLOCK, length / _LEAST_BLOCKS) / tau0), 1)
+    return max(round(min(_BLOCK, length / _MIN_BLOCKS) / tau0), 1)
 
 
 def scatter(means: Floats, size: int) -> Floats:
@@ -176,7 +176,7 @@ def scatter(means: Floats, size: int) -> Floats:
     variance = np.maximum(square, 0.0) / np.maximum(number - 1, 1)
     smallest = np.finfo(float).tiny
     result = 0.5 * np.log(np.maximum(variance, smallest)).sum(axis=-2)
-    return np.asarray(np.where((number >= (1 - _MOST_EMPTY) * size).all(axis=-2), result, np.inf))
+    return np.asarray(np.where((number >= (1 - _MAX_EMPTY) * size).all(axis=-2), result, np.inf))
 
 
 def _running(values: Floats, size: int) -> Floats:

@@ -16,7 +16,7 @@ _INFLATION_WARNED = 1.05
 _INFLATION_ADVISED = 1.02
 # Largest bandwidth. [Hz] Judgement: piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is
 # faster.
-_WIDEST = 1e6
+_LARGEST_BANDWIDTH = 1e6
 
 
 def aliasing(stream: Stream, bandwidth: tuple[float, int | None]) -> list[Finding]:
@@ -35,9 +35,9 @@ def aliasing(stream: Stream, bandwidth: tuple[float, int | None]) -> list[Findin
         For a bandwidth that is not positive, an order outside 1 … 8.
     """
     hertz, order = bandwidth
-    if not 0 < hertz <= _WIDEST:
+    if not 0 < hertz <= _LARGEST_BANDWIDTH:
         raise OptionError(
-            f"the bandwidth must be a positive number of hertz, at most {_WIDEST:g}, not {hertz!r}",
+            f"the bandwidth must be a positive number of hertz, at most {_LARGEST_BANDWIDTH:g}, not {hertz!r}",
             option="bandwidth",
         )
     if order is not None and order not in range(1, 9):

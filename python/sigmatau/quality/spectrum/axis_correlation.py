@@ -27,11 +27,11 @@ _FALSE_ALARM = 1e-4
 # two Allan variances grows by the factor 1 + r².
 _REPORTED = 0.05
 # Smallest number of means whose correlation is measured. [1] Judgement: its error is then 0.13.
-_LEAST_MEANS = 60
-# Factor from one length of means to the next; the last is the longest with `_LEAST_MEANS` means. [1] Judgement: slow
+_MIN_MEANS = 60
+# Factor from one length of means to the next; the last is the longest with `_MIN_MEANS` means. [1] Judgement: slow
 # common noise shows within two octaves.
 _LONGER = 4
-# Variance of the correlation of n pairs of independent Gaussian series, times n: Σ ρ₁(l)ρ₂(l) over all lags. [1]
+# Variance of the correlation of two independent Gaussian series of length n, times n: Σ ρ₁(l)ρ₂(l) over all lags. [1]
 # Derived: Bartlett 1935. First differences of white noise (ρ = −1/2 at lag 1) give 1.5; those of quantization noise
 # (−2/3 and 1/6) give 1.944, the maximum over all mixtures of the five terms.
 INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
@@ -39,7 +39,7 @@ INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
 # neighbouring samples are correlated. [1] Judgement: the spread has an error of an eighth.
 _STRETCHES = 32
 # Number of samples for fast differences, in evenly spaced stretches. [samples] Judgement: limits the time.
-_MOST_SAMPLES = 1 << 22
+_MAX_SAMPLES = 1 << 22
 
 
 def cross_axis(stream: Stream) -> list[Finding]:
@@ -55,7 +55,7 @@ def cross_axis(stream: Stream) -> list[Finding]:
     lengths = _lengths(stream)
     level = _FALSE_ALARM / ((1 + len(lengths)) * len(pairs))
     fast = {channel: _differences(column) for channel, column in columns.items()}
-    slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
+    slow = [{channel: _mean_differences(column, length) for channel, column in columns.items()} for length in lengths]
     correlated: list[AxisPair] = []
     identical: list[Finding] = []
     for first, second in pairs:
@@ -65,9 +65,9 @@ def cross_axis(stream: Stream) -> list[Finding]:
             continue
         # The squares of extreme values overflow or vanish; another check reports such a channel.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-            r, mean_length = _by_stretches(fast[first], fast[second], level), 0
+            r, mean_length = _fast_correlation(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
-                slower = _by_number(means[first], means[second], level)
+                slower = _slow_correlation(means[first], means[second], level)
                 if abs(slower) > abs(r) + _chance(len(means[first]), 0.05, INFLATION):
                     r, mean_length = slower, length
         if _REPORTED <= abs(r) <= 1 + 1e-9:
@@ -77,7 +77,7 @@ def cross_axis(stream: Stream) -> list[Finding]:
         return identical
     correlated.sort(key=lambda pair: -abs(pair.coefficient))
     largest = abs(correlated[0].coefficient)
-    stretches = 1 if stream.grid.n <= _MOST_SAMPLES else _STRETCHES
+    stretches = 1 if stream.grid.n <= _MAX_SAMPLES else _STRETCHES
     only_slow = all(pair.mean_length for pair in correlated)
     details = CorrelatedAxes(pairs=tuple(correlated), only_slow=only_slow, stretches=stretches)
     channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in correlated))
@@ -92,8 +92,8 @@ def _are_identical(first: Floats, second: Floats) -> bool:
 
 
 def _lengths(stream: Stream) -> list[int]:
-    """Lengths of the means in samples: from 1 s up to the longest with `least_means` means."""
-    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (_LEAST_MEANS + 1)
+    """Lengths of the means in samples: from 1 s up to the longest with `_MIN_MEANS` means."""
+    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (_MIN_MEANS + 1)
     lengths = []
     while length < longest:
         lengths.append(length)
@@ -104,8 +104,8 @@ def _lengths(stream: Stream) -> list[int]:
 def _differences(column: Floats) -> Floats:
     """First differences in stretches, shape (32, k), 0 where one of the two samples is missing."""
     n = len(column)
-    if n > _MOST_SAMPLES:
-        size = _MOST_SAMPLES // _STRETCHES
+    if n > _MAX_SAMPLES:
+        size = _MAX_SAMPLES // _STRETCHES
         starts = np.linspace(0, n - size, _STRETCHES).astype(np.int64)
         d = np.stack([np.diff(column[start : start + size]) for start in starts])
     else:
@@ -114,7 +114,7 @@ def _differences(column: Floats) -> Floats:
     return _centred(d)
 
 
-def _slow(column: Floats, length: int) -> Floats:
+def _mean_differences(column: Floats, length: int) -> Floats:
     """Differences of means over `length` samples, without a ramp; 0 if half of the samples are missing."""
     count = len(column) // length
     return _centred(np.diff(row_means(column[: count * length].reshape(count, length))))
@@ -133,7 +133,7 @@ def _centred(d: Floats) -> Floats:
     return d
 
 
-def _by_stretches(a: Floats, b: Floats, level: float) -> float:
+def _fast_correlation(a: Floats, b: Floats, level: float) -> float:
     """Correlation of fast differences; 0 if the scatter of the stretches explains it."""
     both = np.einsum("ij,ij->i", a, b)
     power = np.einsum("ij,ij->i", a, a), np.einsum("ij,ij->i", b, b)
@@ -150,10 +150,10 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     return r if abs(r) > max(bound, _chance(number, level, INFLATION)) else 0.0
 
 
-def _by_number(a: Floats, b: Floats, level: float) -> float:
+def _slow_correlation(a: Floats, b: Floats, level: float) -> float:
     """Correlation of slow differences; 0 if chance explains it with this number of pairs."""
     number = int(np.count_nonzero((a != 0) & (b != 0)))
-    if number < _LEAST_MEANS:
+    if number < _MIN_MEANS:
         return 0.0
     r = float(a @ b / np.sqrt((a @ a) * (b @ b)))
     return r if abs(r) > _chance(number, level, INFLATION) else 0.0

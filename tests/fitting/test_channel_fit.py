@@ -9,7 +9,7 @@ from known import seed_of
 from sigmatau import NoiseModel, Record, fit_channel, simulate
 from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import ChannelFit, summarize
-from sigmatau.findings.reasons import MOST_LINES
+from sigmatau.findings.reasons import MAX_LINES
 from sigmatau.fitting.joint_fit import ALPHA
 from sigmatau.fitting.noise_fit import NoiseFit
 
@@ -61,4 +61,4 @@ def test_unknown_names_are_refused():
 
 
 def test_constants_are_those_of_the_core():
-    assert (MOST_LINES, ALPHA) == (native.MOST_LINES, native.OUTLIER_ALPHA)
+    assert (MAX_LINES, ALPHA) == (native.MAX_LINES, native.OUTLIER_ALPHA)

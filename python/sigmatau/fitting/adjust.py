@@ -21,7 +21,7 @@ _EMPTY_PARTS: Mapping[Part, Any] = {
     **dict.fromkeys(("response", "warm_up", "highest", "alike_from", "alike_sigma")),
     "covariance": Covariance(),
 }
-# checks whose reasons are listed last, because other checks hide more noise
+# checks whose reasons are listed last, because the other reasons hide more of the noise
 _LISTED_LAST: tuple[Cause, ...] = ("rounding", "changing_level")
 
 
@@ -70,7 +70,7 @@ def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
         fitted,
         **{
             "terms": terms,
-            **{kind: tuple(several) for kind, several in processes.items()},
+            **{kind: tuple(items) for kind, items in processes.items()},
             "verdict": adjustment.verdict or fitted.verdict,
             "tau_min": fitted.tau_min if adjustment.tau_min is None else adjustment.tau_min,
             "covariance": covariance.select(remaining),

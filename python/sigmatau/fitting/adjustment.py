@@ -75,7 +75,7 @@ class Change(Plain):
     ----------
     parameter : Parameter
     kind : {"widen", "limit"}
-        "widen": the interval or limit changes. "limit": only a limit remains, or neither.
+        "widen": the interval or limit changes. "limit": the interval becomes a limit, or is removed.
     before, after : Ends
     scale : float
         Ratio of the standard error in the covariance to that before the change. [1]
@@ -85,7 +85,7 @@ class Change(Plain):
     kind: Literal["widen", "limit"]
     before: Ends
     after: Ends
-    scale: float = key("standard error over that before", default=1.0, always=True)
+    scale: float = key("ratio of the standard error to that before the change", default=1.0, always=True)
 
     @classmethod
     def limiting(cls, parameter: Parameter, number: FittedTerm | Interval, limit: float | None = None) -> Change:

@@ -27,7 +27,8 @@ def wanted_terms(terms: object) -> set[str]:
     if len(wanted) < len(listed) or not wanted & set(NOISE):
         names = ", ".join(TERMS)
         raise OptionError(
-            f"{{option}} must be of {names}, one of them a noise, not {', '.join(map(str, listed))}", option="terms"
+            f"{{option}} must be some of {names}, at least one of them a noise term, not {', '.join(map(str, listed))}",
+            option="terms",
         )
     return wanted
 

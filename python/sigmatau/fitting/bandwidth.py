@@ -25,9 +25,9 @@ from sigmatau.record.record import Record
 _SIGNIFICANT = 1e-3  # p-value of a difference between logs, a misfit of all filters, or a visible bandwidth
 _TOLERATED_N = 1.05  # largest ratio of N between logs of one sensor: temperature changes N by a few percent
 _TOLERATED_BANDWIDTH = 1.1  # largest ratio of the bandwidth between logs of one sensor
-# spread of the deviance over χ²: with a known form of the filter, errors were 1.06 intervals (167 sensors)
+# spread of the deviance over that of χ²: with a known filter, errors were 1.06 times those stated (167 sensors)
 _SPREAD = 1.1
-_PAIR = 2  # number of logs that has no majority if they disagree
+_PAIR = 2  # number of logs without a majority if they disagree
 _SAME_SAMPLES = 64  # number of consecutive equal samples that two records of noise cannot have in common
 
 
@@ -77,7 +77,7 @@ def bandwidth(
     Notes
     -----
     Slow noise of each log is in the model as 1/f and 1/f², rounding with step²/12, and white noise of the converter if
-    the logs demand it. Filters with one to six poles, running means and tapered FIR filters are compared by their
+    the logs require it. Filters with one to six poles, running means and tapered FIR filters are compared by their
     deviance, with a penalty of 4 for each further parameter; digital filters too, if all records have one rate. The
     intervals contain all that explain the logs as well. See :doc:`/study/bandwidth-instrument` for the coverage.
 
@@ -98,7 +98,7 @@ def bandwidth(
     for option, share in (("tolerance", tolerance), ("level", level)):
         if not (isinstance(share, int | float) and 0 < share < 1):
             raise OptionError(f"{{option}} must be between 0 and 1, not {share!r}", option=option)
-    named = _named(records)
+    named = _records_by_name(records)
     available = dict.fromkeys(
         c for r in named.values() for s in r.streams if s.quantity != "temperature" for c in s.channels
     )
@@ -106,7 +106,7 @@ def bandwidth(
         raise DataError("no channel to use: the records have temperatures only")
     for channel in channels or ():
         if channel not in available:
-            raise OptionError(f"{{option}} must be of {', '.join(available)}, not {channel!r}", option="channels")
+            raise OptionError(f"{{option}} must be some of {', '.join(available)}, not {channel!r}", option="channels")
     return Bandwidths(
         {
             channel: _channel_bandwidth(channel, named, tolerance=tolerance, level=level)
@@ -115,7 +115,7 @@ def bandwidth(
     )
 
 
-def _named(records: Record | Sequence[Record] | Mapping[str, Record]) -> dict[str, Record]:
+def _records_by_name(records: Record | Sequence[Record] | Mapping[str, Record]) -> dict[str, Record]:
     """Name the records by the given name, the name of their file, or their rate."""
     named: dict[str, Record] = dict(records) if isinstance(records, Mapping) else {}
     unnamed = [] if named or isinstance(records, Mapping) else [records] if isinstance(records, Record) else records
@@ -155,7 +155,7 @@ def _channel_bandwidth(channel: str, named: Mapping[str, Record], *, tolerance: 
 
 
 def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[FilterSource], tuple[str, ...]]:
-    """Collect the logs with this channel by rate, and those that are left out because a faster log contains their
+    """Collect the logs with this channel by rate, and the names of those that are left out: a faster log contains their
     samples.
     """
     every = []

@@ -13,8 +13,8 @@ from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Parameter
 
-# Beyond both limits, the lines may be parts of the noise. Of the quiet real records only ch104.mat exceeds both. Noise
-# whose level changes by a factor of 5 to 30 has 7 to 550 lines in 0.07 to 0.8 of the band, and no true line:
+# Above both limits, the lines may be noise. Of the quiet real records only ch104.mat exceeds both. Noise
+# whose level changes by a factor of 5 to 30 gives 7 to 550 false lines in 0.07 to 0.8 of the band:
 # docs/study/disturbed.md.
 _MANY_LINES = 10  # number of lines that a fit left out
 _CROWDED = 0.05  # share of the band that the lines cover
@@ -36,7 +36,7 @@ def crowded_lines(
     native : ChannelFit
         The same fit, from the core.
     without_lines : callable
-        Makes the fit of the other model.
+        Makes the fit of the model without lines.
     spacing : float
         Distance of the densities. [Hz]
     """
@@ -56,7 +56,7 @@ def crowded_lines(
 
 
 def _crowded_share(lines: Sequence[tuple[float, float]], *, spacing: float, highest: float) -> float:
-    """Share of the band up to `highest` that lines leave out; 0 unless the lines are many and their share is large.
+    """Share of the band up to `highest` that is left out because of lines; 0 unless lines and share exceed the limits.
 
     `lines`: ends of the stretch that each line leaves out; `spacing`: distance of the densities. [Hz]
     """

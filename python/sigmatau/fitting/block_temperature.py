@@ -19,9 +19,9 @@ from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
 _OVERSAMPLED = 4  # points of interpolation in a block
-_MOST_CHANGES = 0.25  # largest share of samples with a change; with more, noise averages the steps out
+_MAX_CHANGES = 0.25  # largest share of samples that change; above it, noise averages the steps out
 _REVERSAL_SHARE = 0.01  # changes back and forth within this share of the record count as one change
-_MOST_LEVELS = 256  # largest number of distinct values of a coarse thermometer
+_MAX_LEVELS = 256  # largest number of distinct values of a coarse thermometer
 _SMOOTHED_BLOCKS = 2.0 ** np.arange(0, 9.01, 0.5)  # lengths of smoothing that are tried [blocks]
 
 
@@ -38,7 +38,7 @@ def mean_temperatures(edges: Floats, thermometer: Stream) -> Floats:
     time = np.asarray(middle[finite], dtype=np.float64)
     values = between_steps(time, np.asarray(column[finite], dtype=np.float64))
     step = float(edges[1] - edges[0])
-    # A missing sample would make the whole integral missing.
+    # One missing sample would make all later values of the integral missing.
     if step > 2 * tau0 and finite.all():
         integral = np.concatenate([[0.0], np.cumsum(values)]) * tau0
         borders = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
@@ -59,7 +59,7 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     Returns the values unchanged if the steps are small, or if noise averages them out.
     """
     changes = np.flatnonzero(np.diff(values))
-    if len(changes) < 2 or len(changes) > _MOST_CHANGES * len(values) or len(np.unique(values)) > _MOST_LEVELS:
+    if len(changes) < 2 or len(changes) > _MAX_CHANGES * len(values) or len(np.unique(values)) > _MAX_LEVELS:
         return values
     steps = (time[changes] + time[changes + 1]) / 2
     mid = (values[changes] + values[changes + 1]) / 2
@@ -67,7 +67,7 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     begins = np.flatnonzero(np.diff(steps, prepend=-np.inf) > (time[-1] - time[0]) * _REVERSAL_SHARE)
     begins = np.union1d(begins, np.flatnonzero(np.diff(mid, prepend=np.inf)))
     counts = np.diff(np.append(begins, len(steps)))
-    odd = counts % 2 == 1  # after an even number of changes the value is the same: noise alone
+    odd = counts % 2 == 1  # an even number of changes restores the value: noise only
     steps, mid = (np.add.reduceat(steps, begins) / counts)[odd], mid[begins][odd]
     after = values[changes[begins + counts - 1] + 1][odd]
     if len(steps) < 2:

@@ -25,7 +25,7 @@ Levels = Sequence[tuple[int, float, float]]
 """Eighths of a record that have samples: number, white level over that of the fit, and its variance by chance."""
 
 _EIGHTHS = 8
-_LEAST_EIGHTHS = 4  # smallest number of eighths with samples: half of the eighths, as in the test of segments
+_MIN_EIGHTHS = 4  # smallest number of eighths with samples: half of the eighths, as in the test of segments
 _SLOW_WAVES = 2  # number of half cycles of a level that wanders over the whole record
 _WALK = Parameter("random_walk")
 
@@ -35,7 +35,7 @@ _SIZES = np.geomspace(0.03, 60.0, 80)
 _HALVINGS = 40  # halvings of the interval of a quantile
 
 
-# Smallest p-value of an equal level in all eighths for which the level counts as steady. [1] Study:
+# P-value of an equal level in all eighths below which the level counts as changing. [1] Study:
 # docs/theory/likelihood.md measures the false alarms, and the coverage of intervals below this p-value.
 UNSTEADY = 0.003
 
@@ -43,9 +43,9 @@ UNSTEADY = 0.003
 def unsteadiness(levels: Levels) -> float:
     """P-value of an equal level in all eighths; 1 with fewer than four eighths.
 
-    Two statistics are tested: the scatter of all eighths, and its part in two slow waves. The smaller p-value is doubled.
+    Two statistics are tested: the scatter of the eighths, and two slow waves. The smaller p-value is doubled.
     """
-    if len(levels) < _LEAST_EIGHTHS:
+    if len(levels) < _MIN_EIGHTHS:
         return 1.0
     eighths, logs, variances = _columns(levels)
     waves = np.cos(np.pi * np.outer(eighths + 0.5, np.arange(_SLOW_WAVES + 1)) / _EIGHTHS)
@@ -104,7 +104,7 @@ class LevelErrors:
     mean : float
         Error of the mean of this record, whose eighths are measured.
     following : float
-        Difference between the means of the next record and of this one, from the law alone.
+        Difference between the means of the next record and of this one, without the measured scatter.
     """
 
     mean: float

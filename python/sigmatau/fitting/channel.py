@@ -28,17 +28,17 @@ FitMethod = Literal["likelihood", "gls"]
 TEMPERATURE = "temperature"
 """Name of the regressor that is the temperature of the log's thermometer."""
 
-# A drift that is left out becomes a rate random walk. For 24 axes that warmed up, the interval contained K in 18 if
-# both limits were 3.3, and in 24 if the first was 1.
-_LEAST_RATIO = 1.0  # ratio of the temperature coefficient to its standard error above which it stays in the model
+# A drift that the model lacks becomes a rate random walk. For 24 axes that warmed up, the interval contained K in 18
+# cases if the drift was modelled above a ratio of 3.3, and in all cases if it was modelled above 1.
+_MIN_RATIO = 1.0  # ratio of the temperature coefficient to its standard error above which it stays in the model
 _REPORTED_RATIO = 3.3  # ratio of the temperature coefficient to its standard error above which it is a finding
-_MOST_TEMPERATURES = 1 << 14  # largest number of times at which the temperature is computed; the model uses no more
-_MOST_UNKNOWN = 0.1  # largest share of the record without a temperature
+_MAX_TEMPERATURES = 1 << 14  # largest number of times at which the temperature is computed; the model uses no more
+_MAX_UNKNOWN = 0.1  # largest share of the record without a temperature
 
 # Eighths of an octave are used if quantization noise dominates and at least one other term is observed.
 _QUANTIZATION_SIZE = 8  # cluster size at which the share of quantization noise is computed [samples]
 _QUANTIZATION_SHARE = 0.9  # smallest share of quantization noise in the Allan variance
-_LEAST_TERMS = 2
+_MIN_TERMS = 2
 
 
 def fit_channel(
@@ -69,7 +69,7 @@ def fit_channel(
     curve : DeviationCurve, optional
         Overlapped Allan deviations for least squares, if already computed.
     tau_min : float, optional
-        Of least squares, see `sigmatau.fit`. [s]
+        Shortest averaging time of least squares, see `sigmatau.fit`. [s]
     terms : sequence of str, optional
         Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
     processes : sequence of float, optional
@@ -81,8 +81,8 @@ def fit_channel(
     level : float
         Confidence level of intervals and limits.
     step : float, optional
-        Step of the samples, 0 for none. Quantized angles are rates in steps: a small step leaves no room for quantization
-        noise, and without it the random walk is determined better. Default: not known. [unit of the channel]
+        Step of the samples, 0 for none. If angles are quantized, rates have steps too, which bound the quantization
+        noise; with a small bound, the random walk is determined better. Default: not known. [unit of the channel]
     threads : int, optional
         Default: all cores. Results do not depend on it.
 
@@ -124,7 +124,7 @@ def fit_channel(
     if method == "gls":
         for option, argument in (("processes", processes), ("regressors", regressors)):
             if argument:
-                raise OptionError("{option} are of the likelihood: least squares has none", option=option)
+                raise OptionError("{option} need the likelihood: least squares has none", option=option)
     if regressors is not None and not isinstance(regressors, Mapping):
         raise OptionError(
             f"{{option}} must be a mapping of names to curves, not {regressors!r:.80}", option="regressors"
@@ -149,7 +149,7 @@ def by_likelihood(
 ) -> NoiseFit:
     """Fit the samples of a channel, with the temperature of the log if the channel follows it."""
     stream, curves = record.stream_of(channel), dict(regressors or {})
-    degrees = None if TEMPERATURE in curves else block_temperature(record, stream)
+    degrees = None if TEMPERATURE in curves else sample_temperatures(record, stream)
     if degrees is not None:
         with_temperature = likelihood.fit_samples(
             stream,
@@ -160,7 +160,7 @@ def by_likelihood(
             level=level,
             step=step,
         )
-        if _ratio(with_temperature) > _LEAST_RATIO:
+        if _ratio(with_temperature) > _MIN_RATIO:
             return with_temperature
     return likelihood.fit_samples(
         stream, channel, terms=terms, processes=processes, regressors=curves, level=level, step=step
@@ -181,18 +181,18 @@ def _ratio(fitted: NoiseFit) -> float:
     )
 
 
-def block_temperature(record: Record, stream: Stream) -> NDArray[np.float64] | None:
+def sample_temperatures(record: Record, stream: Stream) -> NDArray[np.float64] | None:
     """Temperature at the samples, from the thermometer of the log; None if there is none, or if it contains no
     information.
     """
     thermometer = next((candidate for candidate in record.streams if candidate.quantity == "temperature"), None)
     if thermometer is None or thermometer is stream:
         return None
-    count = min(stream.grid.n, _MOST_TEMPERATURES)
+    count = min(stream.grid.n, _MAX_TEMPERATURES)
     edges = np.linspace(0.0, stream.grid.duration, count + 1)
     means = mean_temperatures(edges + stream.grid.start, thermometer)
     finite = np.isfinite(means)
-    if finite.mean() < 1 - _MOST_UNKNOWN or not np.ptp(means[finite]) > 0:
+    if finite.mean() < 1 - _MAX_UNKNOWN or not np.ptp(means[finite]) > 0:
         return None
     times = (np.arange(stream.grid.n) + 0.5) * stream.grid.tau0
     middle = (edges[1:] + edges[:-1]) / 2
@@ -218,7 +218,7 @@ def _by_curve(
     if isinstance(reason, IncompleteRecord) and not usable(record.stream_of(channel), channel):
         return replace(fitted, reasons=(replace(reason, suits_likelihood=False),))
     noise = fitted.observed.get("quantization")
-    if noise is None or len(fitted.observed) < _LEAST_TERMS:
+    if noise is None or len(fitted.observed) < _MIN_TERMS:
         return fitted
     share = avar("quantization", noise, m=_QUANTIZATION_SIZE, tau0=curve.tau0) / fitted.avar(m=_QUANTIZATION_SIZE)
     if float(share[0]) < _QUANTIZATION_SHARE:

@@ -81,7 +81,7 @@ def _raised(change: Change, quantization: float) -> Change:
 
 
 def _adjusted_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustment:
-    """Adjust a fit of sums: its lines, resonances and filter are folded at half the rate of the sums."""
+    """Adjust a fit of sums: remove its lines, resonances and filter, which the sums fold at half their rate."""
     has_process = bool(fitted.gauss_markov) or fitted.warm_up is not None
     return Adjustment(
         cause="coarse_counts",

@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from sigmatau.noise.terms import NOISE, TERMS
 
 _POWERS = {name: term.interval_power for name, term in TERMS.items()}
-# smallest ratio of the record to an averaging time; longer averaging times have about two degrees of freedom
+# smallest ratio of the record to an averaging time; longer times have about two degrees of freedom
 LONGEST_SHARE = 3
-LEAST_TIMES = 8  # smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
+MIN_TIMES = 8  # smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
 
 
 def power_of_interval(name: str) -> int:

@@ -42,8 +42,8 @@ class CurveSlope(Printed):
         Standard error of the slope. The largest of the exact errors for curves of the terms in `terms`; for a ramp, or if
         clusters do not overlap, that of eq. (26). [1]
     terms : tuple of str
-        Terms whose line may be fitted there: their slope differs from `value` by at most the tolerance of the rule of
-        `sigmatau.read_off` plus two errors of a curve of this term. "mostly" is printed before the terms if the
+        Terms whose line may be fitted there: their slope differs from `value` by at most the tolerance of
+        `sigmatau.read_off` plus two standard errors. "mostly" is printed before the terms if the
         difference is more than three errors, because other noise is then present too.
 
     See Also
@@ -110,7 +110,7 @@ class CurveSlope(Printed):
         slope = Slope(value=self.value, error=self.error, source="curve")
         return (
             f"{self.channel}, τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s: slope {slope.text()}:"
-            f" {names or 'that of no term'}"
+            f" {names or 'no term has this slope'}"
         )
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from sigmatau.arrays import Floats
 
 _LARGEST_STEP = 4  # largest distance of frequencies: windows correlate up to three neighbours (flat top)
-_SIGMAS = 3.0  # smallest reduction of the scatter of neighbours by correlation [standard errors]
+_SIGMAS = 3.0  # smallest reduction of the scatter that counts as correlation [standard errors]
 _ERROR = 2.2
-"""Standard error of the ratio of the two second differences of independent values, times √n: 2.15 to 2.27 in
+"""Standard error of the ratio of mean squares in `independent_step` for independent values, times √n: 2.15 to 2.27 in
 1500 sets of 100, 400 and 2000 logarithms of χ² with 2 and 100 degrees of freedom."""
 
 

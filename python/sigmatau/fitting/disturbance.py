@@ -22,7 +22,7 @@ from sigmatau.record.streams import Stream
 # Largest share of lines and narrow resonances in the power of a quiet sensor. [1] Study: docs/study/disturbed.md; 0.83
 # is the largest of 270 fits of parts of real records at rest.
 MAX_SHARE = 0.85
-# Share of such power above which the random walk must show in the curve. [1] Study: docs/study/disturbed.md.
+# Share of such power above which the random walk must be visible in the curve. [1] Study: docs/study/disturbed.md.
 MAX_HIDING_SHARE = 0.3
 # Smallest ratio of the fitted random walk to the limit from the curve, above that share. [1] Study:
 # docs/study/disturbed.md; 0.72 is the smallest of quiet real records.
@@ -31,17 +31,17 @@ HIDDEN = 0.6
 # samples. [1] Study: docs/study/disturbed.md; 1.45 is the largest of 198 parts of real records at rest.
 MAX_BURSTS = 3.0
 # Smallest cluster whose power is compared. [samples] Judgement: rounding leaves enough distinct values of the sum.
-_LEAST_CLUSTER = 8
+_MIN_CLUSTER = 8
 # Smallest number of pairs of clusters. [1] Derived: the ratio then has a standard error of 20 %.
 _BURST_BLOCKS = 256
 # Largest number of pairs of clusters. [1] Judgement: limits the time.
-_MOST_BURST_BLOCKS = 2048
+_MAX_BURST_BLOCKS = 2048
 # Longest averaging time of a cluster. [s] Judgement: people and vehicles move faster, and temperature changes more
 # slowly.
 _LONGEST_BURST = 1.0
 # Smallest change of the sum of a cluster. [steps] Judgement: rounding changes it by one or two.
-_LEAST_CHANGE = 3.0
-# Share of the record outside the loudest times. [1] Judgement: people move a sensor for a fortieth of the time.
+_MIN_CHANGE = 3.0
+# Quantile of the loudness that is compared. [1] Judgement: people move a sensor for a fortieth of the time.
 _LOUD_SHARE = 0.975
 # Largest half width of a resonance over its centre, if it is a vibration. [1] Judgement: a wider one is a property of
 # the sensor's noise.
@@ -58,7 +58,7 @@ _STEADY_RESONANCES = 0.1
 _UNSTEADY = 1e-3
 # Smallest cluster whose variance limits white noise. [samples] Derived: a filter with a corner above 1/20 of the rate
 # lowers σ² by less than 15 % there.
-_LEAST_SIZE = 32
+_MIN_SIZE = 32
 # Normal quantile by which an Allan variance is raised. [1] Derived: probability 0.6 %, because the smallest of many
 # variances is used.
 _QUANTILE = 2.5
@@ -71,10 +71,10 @@ _MIN_PAIRS_HIDDEN = 64
 # useful.
 _STRETCHES = 8
 # Smallest part. [samples] Derived: 16 pairs of clusters of 32, see `_MIN_PAIRS`.
-_LEAST_STRETCH = 1024
+_MIN_STRETCH = 1024
 # Longest record that is used. [samples] Judgement: limits the memory.
 _LONGEST = 1 << 24
-# Longest stretch that is examined in every record. [samples] Judgement: limits the time.
+# Longest part of a record that is examined for bursts. [samples] Judgement: limits the time.
 _LONGEST_LOOK = 1 << 21
 
 
@@ -101,11 +101,11 @@ def burst_share(x: Floats, tau0: float) -> float:
     People and vehicles move a sensor for a fraction of a second or longer. Differences of neighbouring clusters then have
     wider tails than those of neighbouring samples, which are mostly noise.
     """
-    steps = np.abs(np.diff(x[: 2 * _MOST_BURST_BLOCKS]))
+    steps = np.abs(np.diff(x[: 2 * _MAX_BURST_BLOCKS]))
     step = float(np.min(steps, where=steps > 0, initial=math.inf))
-    reference, largest, m = max(_loudness(x, 1, 0.0), 1.0), 1.0, _LEAST_CLUSTER
+    reference, largest, m = max(_loudness(x, 1, 0.0), 1.0), 1.0, _MIN_CLUSTER
     while len(x) // (2 * m) >= _BURST_BLOCKS and m * tau0 <= _LONGEST_BURST:
-        largest = max(largest, _loudness(x, m, _LEAST_CHANGE * step))
+        largest = max(largest, _loudness(x, m, _MIN_CHANGE * step))
         m *= 2
     return 1 - reference / largest if largest > MAX_BURSTS * reference else 0.0
 
@@ -117,18 +117,18 @@ def _loudness(x: Floats, m: int, floor: float) -> float:
     below `floor`.
     """
     count = len(x) // (2 * m)
-    blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // _MOST_BURST_BLOCKS)]
+    blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // _MAX_BURST_BLOCKS)]
     sizes = np.abs(np.diff(blocks.sum(axis=2), axis=1)).ravel()
     sizes = sizes[np.isfinite(sizes)]
     if len(sizes) < _BURST_BLOCKS:
         return 1.0
     median, loud = np.quantile(sizes, (0.5, _LOUD_SHARE)).tolist()
-    return (loud / median / _loud_of_normal(_LOUD_SHARE)) ** 2 if median > max(floor, 0.0) else 1.0
+    return (loud / median / _normal_loudness(_LOUD_SHARE)) ** 2 if median > max(floor, 0.0) else 1.0
 
 
 @cache
-def _loud_of_normal(share: float) -> float:
-    """Ratio of the loudest sizes to the median, for normal noise."""
+def _normal_loudness(share: float) -> float:
+    """Ratio of the loudest absolute values to the median, for normal noise."""
     return float(normal_quantile((1 + share) / 2)) / float(normal_quantile(0.75))
 
 
@@ -151,7 +151,7 @@ def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
 
 
 def _power_of_resonances(fitted: NoiseFit) -> float:
-    """Power of the narrow resonances after the filter. A peak of the series of the filter amplifies a resonance within
+    """Power of the narrow resonances after the filter. A peak of the filter amplifies a resonance within
     it.
     """
     narrow = [r for r in fitted.resonance if is_narrow(r.frequency.value, r.width.value)]
@@ -253,7 +253,7 @@ def upper_limits(x: Floats, tau0: float, terms: Sequence[str], *, min_pairs: int
         spread = 2 / (9 * (2 * pairs / 3))
         high = variance / (1 - spread - _QUANTILE * math.sqrt(spread)) ** 3  # its lower quantile (Wilson and Hilferty)
         for name in terms:
-            if m >= _LEAST_SIZE or name == "quantization":
+            if m >= _MIN_SIZE or name == "quantization":
                 unit = float(avar(name, 1.0, m=m, tau0=tau0)[0])
                 limits[name] = min(limits[name], math.sqrt(high / unit))
     return limits
@@ -261,7 +261,7 @@ def upper_limits(x: Floats, tau0: float, terms: Sequence[str], *, min_pairs: int
 
 def _quietest(x: Floats, tau0: float) -> tuple[int, int, float]:
     """First sample, end, and upper limit of the random walk of the stretch where this limit is smallest."""
-    count = max(min(_STRETCHES, len(x) // _LEAST_STRETCH), 1)
+    count = max(min(_STRETCHES, len(x) // _MIN_STRETCH), 1)
     edges = np.linspace(0, len(x), count + 1).astype(int).tolist()
     stretches = [(upper_limits(x[a:b], tau0, ("random_walk",))["random_walk"], a, b) for a, b in pairwise(edges)]
     limit, first, last = min(stretches)

@@ -21,7 +21,7 @@ from sigmatau.fitting.sensor_filters import SensorFilter, all_filters
 from sigmatau.frozen import frozen
 
 PRICE = 4.0
-"""Fall of the deviance that a further parameter of the model must achieve, as for the filters of a single record."""
+"""Amount by which a further parameter must lower the deviance, as for the filters of a single record."""
 
 _MEAN = np.full(NODES, 1 / NODES)  # weights of the mean of a model over a bin
 _SLOW = 2  # number of powers of 1/f in slow noise
@@ -30,8 +30,8 @@ _ROUNDS_OF_SEARCH = 5  # largest number of reweightings for each tested corner
 _DEVIANCE_TOLERANCE = 1e-4  # fall of the deviance below which the reweighting ends
 _STEPS = 25  # largest number of steps of the parameters of a filter
 _DIFFERENCE = 1e-3  # difference of the logarithm of a parameter, for derivatives
-_FARTHEST_STEP = 1.0  # largest step of the logarithm of a parameter
-_SINGULAR = 1e-8  # ratio of singular values to the largest, below which they count as 0
+_MAX_STEP = 1.0  # largest step of the logarithm of a parameter
+_SINGULAR = 1e-8  # ratio of a singular value to the largest one below which it counts as 0
 _ZERO_LENGTH = 1e-150  # replaces a length of 0
 _SMALLEST_ERROR = 1e-4  # smallest standard error of the logarithm of a parameter; smaller ones are due to rounding
 _LARGEST_ERROR = 0.5  # largest such error; beyond it the likelihood is not a parabola
@@ -43,8 +43,8 @@ _HIGHEST_CORNER = 64.0  # highest corner that is tested, over the highest rate
 _SEARCHED = (("one pole", 1), ("running mean", 1))
 _STEPS_OF_FIRST_LOOK = 4
 _DROPPED_ABOVE = 100.0  # rise above the best deviance at which a family is dropped after a first look
-_MODES_OF_SEARCH = 30.0  # degrees of freedom of a bin: errors of 26 % bridge two corners of the search
-_NOISE_OF_SEARCH = 0.1  # white noise over the median density, which fills the zeros of running means
+_MODES_OF_SEARCH = 30.0  # degrees of freedom of a bin in the search: an error of 26 % covers the step between corners
+_NOISE_OF_SEARCH = 0.1  # white noise that fills the zeros of running means, over the median density
 _TRIALS = (0.7, 1.0, 1.4)  # factors of the best corner at which the other families start
 
 
@@ -84,7 +84,7 @@ class ResponseForm:
 
     @property
     def price(self) -> float:
-        """Penalty of its parameters after the first."""
+        """Penalty for its parameters after the first."""
         return PRICE * (self.filter.count - 1 + self.converter)
 
 
@@ -160,7 +160,7 @@ class Logs:
         return replace(self, modes=modes, density=density, rounding=rounding, rounds=_ROUNDS_OF_SEARCH)
 
     def columns(self, form: ResponseForm, numbers: Floats) -> Floats:
-        """Densities for levels of 1, shape (n_bins, n_levels)."""
+        """Density of each level for the level 1, shape (n_bins, n_levels)."""
         count, family = len(self.spectra), form.filter
         table = np.zeros((len(self.density), 1 + _SLOW * count + form.converter))
         for k, (log, place) in enumerate(zip(self.spectra, self.places, strict=True)):
@@ -230,7 +230,7 @@ class Logs:
         size = np.sqrt((design**2).sum(axis=0)) + _ZERO_LENGTH
         target = (self.density - fit.model) * np.sqrt(self.modes) / fit.model
         solution = np.linalg.lstsq(design / size, target, rcond=_SINGULAR)[0] / size
-        return np.asarray(np.clip(solution[: len(numbers)], -_FARTHEST_STEP, _FARTHEST_STEP))
+        return np.asarray(np.clip(solution[: len(numbers)], -_MAX_STEP, _MAX_STEP))
 
     def _design(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> Floats:
         """Derivatives of ln S with respect to the parameters and then the non-zero levels, times the root of the number
@@ -286,7 +286,7 @@ def corner_limits(spectra: Sequence[LogSpectrum]) -> tuple[float, float]:
 def best_fits(logs: Logs) -> list[FilterFit]:
     """Fit all families that are not dropped after a first look; the best first."""
     rates = {log.rate for log in logs.spectra}
-    # A digital filter runs at the rate of the logs, if they have one.
+    # A digital filter runs at the rate of the logs, which must have one common rate.
     families = {(f.name, f.order): f for f in all_filters(rates.pop() if len(rates) == 1 else None)}
     low, high = corner_limits(logs.spectra)
     corners = np.linspace(low, high, math.ceil((high - low) / math.log(2) * _CORNERS) + 1)
@@ -297,7 +297,7 @@ def best_fits(logs: Logs) -> list[FilterFit]:
     forms = [_changed(logs, fit, replace(fit.form, passes=passes)) for fit in starts for passes in (True, False)]
     fits = _refined(logs, forms)
     converted = _refined(logs, [_changed(logs, fit, replace(fit.form, converter=True)) for fit in fits])
-    # Noise of the converter is only used as an explanation if the logs require it.
+    # Noise of the converter is included only if the logs require it.
     return sorted([*converted, *fits], key=_cost) if converted[0].cost < fits[0].cost else fits
 
 

@@ -21,7 +21,7 @@ _INSIDE = (0.2, 0.4, 0.6, 0.8)  # fractions of the distance to the edge, for fil
 _BISECTIONS = 6  # halvings of the distance to the edge, whose error is then 2 %
 _EXPANSION = 2.0  # factor by which a distance is increased until it reaches the edge
 _MAX_EXPANSIONS = 14  # largest number of such increases
-_SMALLEST_RATIO = 1e-12  # ratio of N² for a log without white noise
+_SMALLEST_RATIO = 1e-12  # ratio of N² that replaces 0 for a log without white noise
 _LARGEST_BANDWIDTH_ERROR = 0.1  # largest relative standard error at which the bandwidths of two logs are compared
 
 
@@ -137,9 +137,9 @@ class Contradiction:
         of logs.
     freedom : int
     ratio : float
-        N of this log over that of the others, both with the filter of the others. [1]
+        Ratio of N of this log to that of the others, with the filter of the others. [1]
     bandwidth_ratio : float or None
-        Bandwidth of this log over that of the others; None if a bandwidth is not determined. [1]
+        Ratio of the bandwidth of this log to that of the others; None if a bandwidth is not determined. [1]
     """
 
     name: str
@@ -156,7 +156,7 @@ class Contradiction:
 
 
 def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradiction | None:
-    """Find the log that contradicts the remaining the most; None for a single log, or if the p-value is not below
+    """Find the log that contradicts the others most; None for a single log, or if the p-value is not below
     `significant`.
     """
     count, freedom = len(logs.spectra), 1 + best.filter.count + best.form.converter

@@ -23,16 +23,16 @@ from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-_RESPONSE_FROM = 0.03  # lowest frequency of the response, over the bandwidth
-_RESPONSE_TO = 10.0  # highest frequency
+_RESPONSE_FROM = 0.03  # lowest frequency of the response [bandwidths]
+_RESPONSE_TO = 10.0  # highest frequency of the response [bandwidths]
 _RESPONSES = 61  # number of frequencies of the response
-_RATE_FROM = 0.25  # lowest rate of the aliasing, over the bandwidth
-_RATE_TO = 100.0  # highest rate
-_RATES = 27  # number of rates of the aliasing
+_RATE_FROM = 0.25  # lowest rate of the aliasing curve [bandwidths]
+_RATE_TO = 100.0  # highest rate of the aliasing curve [bandwidths]
+_RATES = 27  # number of rates of the aliasing curve
 _FASTEST = 1024.0  # rate over the noise-equivalent bandwidth, above which nothing is aliased
 _RATE_STEP = 1.1  # factor from one rate of the search down to the next
 _BISECTIONS = 12
-_WIDEST = 20.0  # largest stated half width of ln N
+_LARGEST_HALF_WIDTH = 20.0  # largest stated half width of ln N
 
 Quantity = Callable[[SensorFilter, Floats], float]
 
@@ -46,7 +46,7 @@ class FilterSource:
     name : str
         Name of the log.
     stream : Stream
-        Unit of this channel alone.
+        Stream of this channel alone.
     y : ndarray, shape (n,)
         Rates of the channel; NaN for missing samples. [unit of the stream]
     """
@@ -66,7 +66,7 @@ class SensorVerdict:
     p_value : float
         Goodness of the joint fit.
     excess : float
-        Factor on the limit of the rise of the deviance up to which a filter counts as an explanation.
+        Factor by which the largest rise of the deviance that is allowed to a filter is multiplied.
     differing : str
         Log that differs from the others.
     """
@@ -132,7 +132,7 @@ def summary(
                 rate=rate,
                 duration=logs.spectra[k].duration,
                 aliasing=interval(aliasing, "1"),
-                random_walk=_in_log(logs, best, k, deviate, unit),
+                random_walk=_random_walk_in_log(logs, best, k, deviate, unit),
                 p_value=_goodness(logs, best, k),
                 lines=logs.spectra[k].lines,
                 curve=allan(Record(streams=(source.stream,)))[channel],
@@ -166,10 +166,10 @@ def summary(
     )
 
 
-def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> Interval:
+def _random_walk_in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> Interval:
     """Estimate N of the samples of one log, including aliased noise, with the fitted filter."""
     log = logs.spectra[k]
-    # In a single log noise of the converter can look like that of the sensor, so its level is that of the joint fit.
+    # In a single log, converter noise can look like sensor noise, so its level is that of the joint fit.
     converter = float(best.fit.levels[-1]) / log.rate if best.form.converter else 0.0
     alone = Logs.from_spectra([replace(log, quantization=log.quantization + converter)])
     form = replace(best.form, converter=False)
@@ -179,7 +179,7 @@ def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> I
     if not level > 0:
         return Interval(value=value, low=None, high=None, unit=unit)
     error = alone.error_of_density(form, best.numbers, fit)
-    spread = math.exp(min(0.5 * deviate * error / level, _WIDEST))
+    spread = math.exp(min(0.5 * deviate * error / level, _LARGEST_HALF_WIDTH))
     return Interval(value=value, low=value / spread, high=value * spread, unit=unit)
 
 
@@ -193,7 +193,7 @@ def _goodness(logs: Logs, best: FilterFit, k: int) -> float:
 
 
 def _rate_needed(family: SensorFilter, numbers: Floats, tolerance: float) -> float:
-    """The lowest rate from which N is too large by less than the tolerance. [Hz]"""
+    """The lowest rate above which aliasing increases N by less than the tolerance. [Hz]"""
     return math.exp(numbers[0]) * _relative_rate_needed(family, tuple(numbers[1:].tolist()), tolerance)
 
 

@@ -22,7 +22,7 @@ from sigmatau.findings.reasons import (
     ZeroVariance,
 )
 from sigmatau.fitting.arguments import check_level, wanted_terms
-from sigmatau.fitting.components import LEAST_TIMES, LONGEST_SHARE, half_octaves
+from sigmatau.fitting.components import LONGEST_SHARE, MIN_TIMES, half_octaves
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, typed
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -45,7 +45,7 @@ def fit(
     Generalised least squares with the exact covariance of the Allan variances. The ramp is tested for given noise and
     removed if it is significant. A Gauss-Markov process replaces a term if it fits much better. Short averaging
     times are left out until the goodness of fit is acceptable. Each term is then tested with all others free and gets an
-    interval or an upper limit; the coefficients are those of the terms that were found.
+    interval or an upper limit; the coefficients are those of the significant terms.
 
     Parameters
     ----------
@@ -113,13 +113,13 @@ def fit(
         return _no_fit(curve, level, IncompleteRecord(missing=curve.missing, samples=curve.n))
     n = curve.n if curve.counting == "standard" else curve.n - 1
     chosen = _thinned(curve, n)
-    if len(chosen) < LEAST_TIMES:
-        return _no_fit(curve, level, TooFewTimes(times=len(chosen), needed=LEAST_TIMES, samples=curve.n))
+    if len(chosen) < MIN_TIMES:
+        return _no_fit(curve, level, TooFewTimes(times=len(chosen), needed=MIN_TIMES, samples=curve.n))
     first = None
     if tau_min is not None:
         first = int(np.searchsorted(curve.tau[chosen], real(tau_min) * (1 - 1e-9)))
-        if not math.isfinite(real(tau_min)) or len(chosen) - first < LEAST_TIMES:
-            last = curve.tau[chosen][-LEAST_TIMES]
+        if not math.isfinite(real(tau_min)) or len(chosen) - first < MIN_TIMES:
+            last = curve.tau[chosen][-MIN_TIMES]
             raise OptionError(f"{{option}} may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
     scale = float(np.median(curve.avar[chosen]))
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
@@ -152,7 +152,7 @@ def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
             chosen.append(k)
             smallest = size * 2 ** (0.6 / _PER_OCTAVE)
     if len(chosen) < len(usable):
-        # More sizes add no information, and other curves of that length use the components on half octaves too.
+        # More sizes add no information, and on half octaves the components are shared with other curves of this length.
         chain = np.array(half_octaves(int(usable[0]), longest))
         if np.isin(chain, usable).all():
             return np.searchsorted(usable, chain)

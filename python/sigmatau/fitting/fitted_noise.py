@@ -30,7 +30,7 @@ Trust = Literal["good", "partial", "poor"]
 QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
 
-LEAST_P_VALUE = 1e-6
+MIN_P_VALUE = 1e-6
 """P-value of the goodness of fit below which only the random walk keeps an interval, widened for the misfit."""
 
 
@@ -149,7 +149,7 @@ class FittedNoise:
     @property
     def is_misfit(self) -> bool:
         """Whether p < 1e-6: at most the random walk has an interval, and the other terms are unknown."""
-        return self.quantified and self.p_value is not None and self.p_value < LEAST_P_VALUE
+        return self.quantified and self.p_value is not None and self.p_value < MIN_P_VALUE
 
     def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
         """Degrees of freedom of overlapped Allan variances for the fitted model.

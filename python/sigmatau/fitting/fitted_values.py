@@ -51,7 +51,7 @@ class FittedTerm:
     low, high : float or None
         Its interval; None if the model is not adequate. [unit]
     upper_limit : float or None
-        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
+        Upper limit if it was not observed; for a ramp, that of its magnitude. [unit]
     p_value : float or None
         P-value of the term with all other terms free; None if it was not tested.
     """
@@ -91,7 +91,7 @@ class FittedTerm:
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI; what is not known is omitted."""
+        """Plain values in SI; unknown values are omitted."""
         values = plain(self, "value low high upper_limit p_value")
         stated = {key: value for key, value in values.items() if value is not None}
         return {"observed": self.observed, **stated, "level": self.level, "unit": self.unit}
@@ -157,7 +157,7 @@ class FittedWarmUp:
     amplitude : Interval
         Drift at the first sample, of either sign. [unit of the rate]
     time : float
-        Time constant, the best on a grid. [s]
+        Time constant: the best one of a grid. [s]
     """
 
     amplitude: Interval

@@ -52,7 +52,8 @@ def typed(kind: type[_T], native: object, rate_unit: str, /, **stated: object) -
         has them.
     native : object
         The value of the core.
-        Unit of the intervals. A field may name another unit in its metadata.
+    rate_unit : str
+        Unit of the intervals; a field may name another unit in its metadata.
     **stated
         Values of fields that are not taken from `native`.
     """

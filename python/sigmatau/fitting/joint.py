@@ -19,7 +19,7 @@ from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.adjustment import Adjustment
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import as_wide
-from sigmatau.fitting.channel import TEMPERATURE, block_temperature, fit_channel
+from sigmatau.fitting.channel import TEMPERATURE, fit_channel, sample_temperatures
 from sigmatau.fitting.disturbance import is_disturbed, limits_alone, vibration_share
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.from_native import interval_with_unit
@@ -40,10 +40,10 @@ COMMON = ("bias_instability", "rate_random_walk")
 cent, many times their error within a day.
 """
 
-MOST_RUNS = 100
+MAX_RUNS = 100
 """Largest number of runs of one fit. The work grows with the square of this number."""
 
-_SAME_RATE = 0.01  # largest relative difference of sample intervals, so that one filter describes all runs
+_SAME_RATE = 0.01  # largest relative difference of sample intervals at which one filter describes all runs
 
 
 @frozen(eq=False)
@@ -238,7 +238,7 @@ def build_run(
     summary, start = summarized(stream, channel)
     curves: list[Floats] = []
     if TEMPERATURE in fit.regressors:
-        degrees = block_temperature(record, stream)
+        degrees = sample_temperatures(record, stream)
         if degrees is not None:
             curves.append(likelihood.at_blocks(summary.centres + start, degrees, stream.grid.tau0))
     return JointRun(name=name, channel=channel, stream=stream, summary=summary, curves=tuple(curves), fit=fit)
@@ -363,9 +363,9 @@ def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tup
 
 
 def _refuse(runs: Sequence[JointRun], channel: str) -> None:
-    if not 2 <= len(runs) <= MOST_RUNS:
+    if not 2 <= len(runs) <= MAX_RUNS:
         raise OptionError(
-            f"{{option}}: a joint fit of {channel} needs 2 to {MOST_RUNS} runs, not {len(runs)}", option="records"
+            f"{{option}}: a joint fit of {channel} needs 2 to {MAX_RUNS} runs, not {len(runs)}", option="records"
         )
     first = runs[0]
     for run in runs[1:]:

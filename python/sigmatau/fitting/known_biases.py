@@ -23,7 +23,7 @@ class WalkBias:
     Attributes
     ----------
     factors : tuple of (float, float)
-        Ratio of the random walk of the fit to that of the sensor, without and with the finding about spikes. Spikes of a
+        Ratio of the random walk of the fit to that of the sensor, without and with the effect of spikes. Spikes of a
         continuous tail were left out, and small spikes were not; both may be noise of the sensor. [1]
     tail_error : float
         Relative standard error of the random walk if the spikes that were left out belong to a continuous tail; otherwise 0.

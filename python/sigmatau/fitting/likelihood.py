@@ -28,9 +28,9 @@ from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import NOISE
 from sigmatau.record.streams import Stream
 
-_MOST_PROCESSES = 8  # largest number of given Gauss-Markov processes
-_MOST_REGRESSORS = 20  # largest number of given curves
-_LEAST_CURVE = 1e-150  # smallest regressor whose square stays in range
+_MAX_PROCESSES = 8  # largest number of given Gauss-Markov processes
+_MAX_REGRESSORS = 20  # largest number of given curves
+_MIN_CURVE = 1e-150  # smallest regressor whose square stays in range
 _LARGEST_CURVE = 1e150  # largest regressor whose square stays in range
 
 
@@ -63,8 +63,8 @@ def fit_samples(
     level : float
         Level of intervals and limits.
     step : float, optional
-        Step of the samples, 0 for none: angles in steps are rates in steps, so that it bounds the quantization noise.
-        Default: not known. [unit of the stream]
+        Step of the samples, 0 for none; it bounds the quantization noise, because quantized angles give quantized
+        rates. Default: not known. [unit of the stream]
 
     Raises
     ------
@@ -119,20 +119,20 @@ def _refuse(
 ) -> None:
     check_level(level)
     times = _numbers(() if processes is None else processes)
-    if times is None or times.ndim != 1 or len(times) > _MOST_PROCESSES or not ((times > 0) & (times < math.inf)).all():
+    if times is None or times.ndim != 1 or len(times) > _MAX_PROCESSES or not ((times > 0) & (times < math.inf)).all():
         raise OptionError(
-            f"{{option}} must be up to {_MOST_PROCESSES} positive times in s, not {processes!r:.80}", option="processes"
+            f"{{option}} must be up to {_MAX_PROCESSES} positive times in s, not {processes!r:.80}", option="processes"
         )
-    if len(regressors or {}) > _MOST_REGRESSORS:
+    if len(regressors or {}) > _MAX_REGRESSORS:
         raise OptionError(
-            f"{{option}} must be at most {_MOST_REGRESSORS} curves, not {len(regressors or {})}", option="regressors"
+            f"{{option}} must be at most {_MAX_REGRESSORS} curves, not {len(regressors or {})}", option="regressors"
         )
     for name, curve in (regressors or {}).items():
         values = _numbers(curve)
         if (
             values is None
             or values.shape != (n,)
-            or not (np.ptp(values) > _LEAST_CURVE and np.abs(values).max() < _LARGEST_CURVE)
+            or not (np.ptp(values) > _MIN_CURVE and np.abs(values).max() < _LARGEST_CURVE)
         ):
             raise OptionError(f"{{option}} {name!r} must be {n} finite real numbers that change", option="regressors")
 

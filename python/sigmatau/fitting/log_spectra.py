@@ -29,23 +29,23 @@ _LOWEST_MODE = 4  # lowest mode that is used; lower modes contain the drift of t
 _OCTAVES_OF_PEAK = 12  # octaves below half the rate in which the octave with the most variance is searched
 # octaves below that peak from which bins are used: slower noise contains no information about the filter
 _OCTAVES_BELOW = 8
-_WEAKEST = 1e-3  # density over that of the peak: below it, noise of the converter replaces that of the sensor
-_FEWEST_MODES = 16  # smallest number of modes of a bin with a median, and of a bin that can be the peak
+_WEAKEST = 1e-3  # density, over that of the peak, below which converter noise hides that of the sensor
+_MIN_MODES = 16  # smallest number of modes of a bin whose median is used, or that can be the peak
 _LINE = 30.0  # power of a mode over the mean of its bin that makes it a line; noise reaches it in 4 of 10⁸ cases
 _MODES_BESIDE_LINE = 8  # number of modes on either side of a line that are left out with it
-_LEAKAGE = 0.02  # largest share of the noise that a line may leak into a more distant mode
-_SUBTRACTED_LINE = 1e4  # power over that of the adjacent noise above which a line is subtracted before the transform
-_MOST_LINES = 12  # largest number of lines that are subtracted
+_LEAKAGE = 0.02  # largest leakage of a line, over the noise, in modes that are not left out
+_SUBTRACTED_LINE = 1e4  # power, over the noise beside it, above which a line is subtracted before the transform
+_MAX_LINES = 12  # largest number of lines that are subtracted
 _LOWEST_PEAK = 8  # index of the first frequency at which lines are searched
 _NEIGHBOURS = 200  # number of frequencies on either side to which a line is compared
 _GOLDEN = 0.6180339887498949  # golden section of an interval
 _GOLDEN_STEPS = 30  # number of sections, to 1e-6 of a frequency step
 _ZERO_DENSITY = 1e-300  # replaces a density of 0
-_MOST_RUNS = 64  # largest number of runs without gaps that are used, the longest ones
+_MAX_RUNS = 64  # largest number of runs without gaps that are used, the longest ones
 _MEDIAN_OF_MODE = 0.45493642  # median of χ² with one degree of freedom
 _SAMPLES_FOR_STEP = 4096  # number of samples in which the step of the values is searched
 _STEP_TOLERANCE = 1e-3  # largest distance of a difference from a multiple of the step, relative to the step
-_MOST_STEPS = 1e4  # largest number of steps in the largest difference: with more, quantization does not matter
+_MAX_STEPS = 1e4  # largest number of steps in the largest difference: above it, quantization does not matter
 
 
 @frozen(eq=False)
@@ -93,7 +93,7 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
         If the channel never changes.
     """
     runs = [y[start:stop] for start, stop in run_edges(np.isfinite(y)) if stop - start >= MIN_RUN]
-    runs = sorted(runs, key=len, reverse=True)[:_MOST_RUNS]
+    runs = sorted(runs, key=len, reverse=True)[:_MAX_RUNS]
     usable = sum(map(len, runs))
     if usable < MIN_SAMPLES:
         has_gaps = not np.isfinite(y).all()
@@ -168,7 +168,7 @@ def _without_strong_lines(y: Floats) -> Floats:
     n = len(y)
     t = np.arange(n) - 0.5 * (n - 1)
     window = 1 + np.cos(2 * np.pi * t / n)
-    for _ in range(_MOST_LINES):
+    for _ in range(_MAX_LINES):
         spectrum = np.abs(np.fft.rfft(y * window)) ** 2
         k = _LOWEST_PEAK + int(np.argmax(spectrum[_LOWEST_PEAK:]))
         neighbours = spectrum[max(k - _NEIGHBOURS, _LOWEST_PEAK) : k + _NEIGHBOURS]
@@ -189,7 +189,7 @@ def _without_lines(modes: Floats, pairs: Sequence[tuple[int, int]]) -> Bools:
     """Select the modes of noise, without lines and their leakage, which falls as the square of the distance."""
     noise = np.ones(len(modes), dtype=bool)
     for start, stop in pairs:
-        if stop - start < _FEWEST_MODES:
+        if stop - start < _MIN_MODES:
             continue
         mean = median(modes[start:stop]) / _MEDIAN_OF_MODE
         for k in (np.flatnonzero(modes[start:stop] > _LINE * mean) + start).tolist():
@@ -202,7 +202,7 @@ def _without_lines(modes: Floats, pairs: Sequence[tuple[int, int]]) -> Bools:
 
 def _white_band(f: Floats, density: Floats, modes: Floats, rate: float) -> Bools:
     """Bins from eight octaves below the octave with the most variance, without those of the filter's deep stop band."""
-    candidates = (modes >= _FEWEST_MODES) & (f > rate / 2 ** (1 + _OCTAVES_OF_PEAK))
+    candidates = (modes >= _MIN_MODES) & (f > rate / 2 ** (1 + _OCTAVES_OF_PEAK))
     if not candidates.any():
         return np.zeros(len(f), dtype=bool)
     peak = int(np.argmax(np.where(candidates, f * density, 0.0)))
@@ -218,4 +218,4 @@ def _quantization(y: Floats) -> float:
     step = float(differences.min())
     steps = differences / step
     whole = np.abs(steps - np.round(steps)) <= _STEP_TOLERANCE * np.maximum(steps, 1)
-    return step * step / 12 if whole.all() and steps.max() < _MOST_STEPS else 0.0
+    return step * step / 12 if whole.all() and steps.max() < _MAX_STEPS else 0.0

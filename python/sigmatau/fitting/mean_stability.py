@@ -35,19 +35,19 @@ from sigmatau.results import plain
 AVERAGES = (10.0, 100.0)
 """Averaging times that are computed. [s]"""
 
-LEAST_MEANS = 10
+MIN_MEANS = 10
 """Smallest number of means: a variance of fewer means is too uncertain."""
 
-_LEAST_PRESENT = 0.5  # smallest share of the samples of a mean that must be present
+_MIN_PRESENT = 0.5  # smallest share of the samples of a mean that must be present
 _PIECE = 1 << 20  # samples read at a time
 _MODES_AT_ONCE = 1 << 12  # number of modes whose aliases are in memory
-# number of aliases on each side of a mode that are summed individually; the rest of sinc² is treated as white
+# number of aliases on each side of a mode that are summed; the remaining aliases are treated as white noise
 _ALIASES = 16
 _SLOW = tuple(name for name in NOISE if name in SLOW)
 # The search is in the logarithm of 1 − 2·w·tilt of the largest weight w, in which the normal quantile is nearly straight.
 _FIRST_STEP = 0.5  # first step from 0, doubled until two points bracket the quantile
 _SEARCH_END = 40.0  # farthest point of the search
-_SADDLEPOINT_GAP = 0.01  # distance from 0 within which the saddlepoint is a difference of nearly equal numbers
+_SADDLEPOINT_GAP = 0.01  # distance from 0 within which the saddlepoint formula cancels numerically
 _STEPS = 40
 _QUANTILE_TOLERANCE = 1e-10  # tolerance of a normal quantile
 
@@ -112,11 +112,11 @@ def mean_stability(
     results = []
     for average in averages:
         m = round(average / tau0)
-        if m < 1 or stream.grid.n // m < LEAST_MEANS:
+        if m < 1 or stream.grid.n // m < MIN_MEANS:
             continue
         means = _means(stream, k, m)
         y = means[np.isfinite(means)]
-        if len(y) < LEAST_MEANS:
+        if len(y) < MIN_MEANS:
             continue
         value = float(np.std(y, ddof=1))
         low, high, edf = (None, None, None) if fitted is None else _interval(value, fitted, m, len(y))
@@ -140,7 +140,7 @@ def _means(stream: Stream, channel: int, m: int) -> Floats:
         means[first:last] = rows.mean(axis=1)
         for k in np.flatnonzero(~np.isfinite(means[first:last])):
             present = rows[k][np.isfinite(rows[k])]
-            means[first + k] = present.mean() if len(present) >= _LEAST_PRESENT * m else np.nan
+            means[first + k] = present.mean() if len(present) >= _MIN_PRESENT * m else np.nan
     return means
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.findings.fit import added_parts_text, filter_text, misfit_text, verdict_text
-from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, reasons_text
+from sigmatau.findings.reasons import MAX_LINES, CoarseCounts, reasons_text
 from sigmatau.fitting.fitted_noise import FittedNoise
 from sigmatau.fitting.fitted_values import FittedTerm, Interval, SecondModel
 from sigmatau.fitting.to_model import to_model
@@ -25,7 +25,7 @@ from sigmatau.results import (
 )
 
 _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
-_MOST_LINES = 3  # number of lines that are printed individually
+_MAX_LINES = 3  # number of lines that are printed individually
 
 
 @frozen(eq=False)
@@ -261,22 +261,29 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, sizes)[-1]
         texts = []
         for process in self.gauss_markov:
-            sigma = _in_words(process.sigma, factor, unit)
-            texts.append(f"Gauss-Markov process of {sigma}, correlation time {_in_words(process.time, 1.0, 's')}")
+            sigma = _interval_text(process.sigma, factor, unit)
+            texts.append(f"Gauss-Markov process of {sigma}, correlation time {_interval_text(process.time, 1.0, 's')}")
         for resonance in self.resonance:
-            sigma, frequency = _in_words(resonance.sigma, factor, unit), _in_words(resonance.frequency, 1.0, "Hz")
-            texts.append(f"resonance of {sigma} at {frequency}, half width {_in_words(resonance.width, 1.0, 'Hz')}")
-        for line in self.sinusoid[:_MOST_LINES]:
-            amplitude = _in_words(line.amplitude, factor, unit)
-            texts.append(f"line of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
-        if len(self.sinusoid) > _MOST_LINES:
-            count = f"{len(self.sinusoid) - _MOST_LINES} weaker lines"
-            texts.append(f"at least {count}" if len(self.sinusoid) >= MOST_LINES else count)
+            sigma, frequency = (
+                _interval_text(resonance.sigma, factor, unit),
+                _interval_text(resonance.frequency, 1.0, "Hz"),
+            )
+            texts.append(
+                f"resonance of {sigma} at {frequency}, half width {_interval_text(resonance.width, 1.0, 'Hz')}"
+            )
+        for line in self.sinusoid[:_MAX_LINES]:
+            amplitude = _interval_text(line.amplitude, factor, unit)
+            texts.append(f"line of amplitude {amplitude} at {_interval_text(line.frequency, 1.0, 'Hz')}")
+        if len(self.sinusoid) > _MAX_LINES:
+            count = f"{len(self.sinusoid) - _MAX_LINES} weaker lines"
+            texts.append(f"at least {count}" if len(self.sinusoid) >= MAX_LINES else count)
         if self.response is not None and self.response.corner is not None:
             corner = Interval(value=self.response.corner, low=self.response.low, high=self.response.high, unit="Hz")
-            texts.append(f"{filter_text(self.response.shape, self.response.order)} at {_in_words(corner, 1.0, 'Hz')}")
+            texts.append(
+                f"{filter_text(self.response.shape, self.response.order)} at {_interval_text(corner, 1.0, 'Hz')}"
+            )
         if self.warm_up is not None:
-            amplitude = _in_words(self.warm_up.amplitude, factor, unit)
+            amplitude = _interval_text(self.warm_up.amplitude, factor, unit)
             texts.append(f"warm-up of {amplitude}, time constant about {duration_text(self.warm_up.time)}")
         if self.alike_from is not None:
             texts.append(
@@ -377,7 +384,7 @@ class Fits(TablesByChannel[NoiseFit]):
         return super().columns() or {name: [] for name in ("channel", *_TERM_COLUMNS, "verdict")}
 
 
-def _in_words(interval: Interval, factor: float, unit: str) -> str:
+def _interval_text(interval: Interval, factor: float, unit: str) -> str:
     return round_to_error(interval.value, interval.low, interval.high, size=factor).with_unit(unit)
 
 

@@ -30,13 +30,13 @@ class Outlook:
     Attributes
     ----------
     quantity, rate_unit : str
-        Of the sensor.
+        Quantity and unit of the sensor.
     width : float
         Relative half width of the interval of the random walk. [1]
     needed : float
-        Length of record at which the half width is `ENOUGH`; that of the record if it is. [s]
+        Length of record at which the half width is `ENOUGH`; length of this record if it is enough. [s]
     hidden : float or None
-        Bias instability of half its present upper limit; None if it is observed, or no record of a month shows it. [SI]
+        Half of the present upper limit of bias instability; None if it is observed, or a month would not show it. [SI]
     visible_in : float or None
         Length of record that shows `hidden` with a probability of 50 %. [s]
     """
@@ -132,7 +132,7 @@ def _needed_length(fitted: NoiseFit, width: float) -> float:
 
 
 def _hidden_term(fitted: NoiseFit) -> tuple[float, float] | tuple[None, None]:
-    """A bias instability of half its present limit, and the length of record that shows it. [SI, s]"""
+    """Half of the present limit of bias instability, and the length of a record that shows this value. [SI, s]"""
     term = fitted.get(_HIDDEN)
     if term is None or term.value is not None or term.upper_limit is None:
         return None, None

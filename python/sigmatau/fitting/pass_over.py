@@ -13,7 +13,7 @@ from sigmatau._native.likelihood import LikelihoodSummary
 from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
-LEAST_SAMPLES = 512
+MIN_SAMPLES = 512
 """Shortest record whose likelihood is used: with 280 white samples the interval contained the random walk in 90 of 100
 records, with 600 in 99.
 """
@@ -24,10 +24,10 @@ _SMALL_SHARE = 0.07
 its standard error.
 """
 _LEAK = 0.01
-"""Largest share of the white error of this interpolation in the density at any frequency."""
+"""Largest error of the density at any frequency by this interpolation, relative to the density. [1]"""
 
 
-def usable(stream: Stream, channel: str, *, needed: int = LEAST_SAMPLES) -> bool:
+def usable(stream: Stream, channel: str, *, needed: int = MIN_SAMPLES) -> bool:
     """Whether a channel has enough samples for its likelihood, over a long enough time."""
     mask = _present(stream, channel)
     if mask is None:

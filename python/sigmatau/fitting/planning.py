@@ -407,7 +407,7 @@ def _parts(n: int, smallest: float, times: tuple[float, ...]) -> Components:
     if n > LONGEST_RECORD:
         raise OptionError(f"a record of {n:g} samples is too long", option="hours")
     sizes = half_octaves(max(math.ceil(smallest * (1 - 1e-9)), 1), n // LONGEST_SHARE)
-    if len(sizes) < LEAST_TIMES:
+    if len(sizes) < MIN_TIMES:
         raise OptionError(f"a record of {n} samples is too short to fit a model to", option="hours")
     return Components(n, sizes, correlation_time=times[0] if times else None)
 

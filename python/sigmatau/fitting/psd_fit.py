@@ -211,7 +211,7 @@ def fit_psd(
     maximum = chosen.maximum()
     values = maximum.theta
     present = [names[k] for k in observed]
-    if len(present) < len(names):  # with few degrees of freedom the other terms absorb part of them
+    if len(present) < len(names):  # observed terms absorb part of the others
         for k, name in enumerate(present):
             low, high = chosen.profile(k, maximum, rise)
             ends[name] = min(ends[name][0], low), max(ends[name][1], high)

@@ -301,10 +301,10 @@ def read_off(
         rate_random_walk=rate_random_walk,
         rate_ramp=rate_ramp,
     )
-    wanted = {} if _refuses(curve) else rules
-    refused = [_whole(curve, name, _refuses(curve)) for name in rules if name not in wanted]
+    wanted = {} if _reason_to_refuse(curve) else rules
+    refused = [_refuse_everywhere(curve, name, _reason_to_refuse(curve)) for name in rules if name not in wanted]
     by_rules, without_region = regions(curve, wanted)
-    return _laid(curve, by_rules, "rules", stated, [*refused, *without_region], force=force)
+    return _lay_lines(curve, by_rules, "rules", stated, [*refused, *without_region], force=force)
 
 
 def read_off_with_fit(
@@ -320,32 +320,32 @@ def read_off_with_fit(
         return read_off(curve, **spans, force=force)
     lines, refused = {}, []
     for name, span in fitted.model_ranges.items():
-        why = _refuses(curve)
+        why = _reason_to_refuse(curve)
         points = np.empty(0, dtype=np.intp) if why or span is None else points_between(curve, span)
         if len(points):
             lines[name] = points
         else:
-            refused.append(_whole(curve, name, why))
-    return _laid(curve, lines, "fit", _points_by_hand(curve, **spans), refused, force=force)
+            refused.append(_refuse_everywhere(curve, name, why))
+    return _lay_lines(curve, lines, "fit", _points_by_hand(curve, **spans), refused, force=force)
 
 
 _HIDDEN = "other noise hides it at all averaging times"  # reason for a fitted term that dominates nowhere
 
 
-def _whole(curve: DeviationCurve, name: str, why: str) -> Refusal:
+def _refuse_everywhere(curve: DeviationCurve, name: str, why: str) -> Refusal:
     """Refuse a term at all averaging times. Default reason: other noise hides it."""
     ends = float(curve.tau[0]), float(curve.tau[-1])
     return Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=why or _HIDDEN, hidden=not why)
 
 
-def _refuses(curve: DeviationCurve) -> str:
+def _reason_to_refuse(curve: DeviationCurve) -> str:
     """Reason against all lines without a given range; empty if there is none."""
     if curve.missing <= _FEW_MISSING * curve.n:
         return ""
     return f"{100 * curve.missing / curve.n:.2g} % of the samples are missing"
 
 
-def _laid(
+def _lay_lines(
     curve: DeviationCurve,
     ranges: Mapping[str, NDArray[np.intp]],
     source: Source,

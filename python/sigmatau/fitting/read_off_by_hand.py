@@ -100,7 +100,7 @@ def lay_by_hand(
             if slope is not None and slope.differs(name):
                 size = abs(slope.value - TERMS[name].slope) / (RULES[name].tolerance + _SLOPE_ERRORS * slope.error)
                 if size > excess:
-                    cause = "the curve" if slope.source == "curve" else "what the other lines leave"
+                    cause = "the curve" if slope.source == "curve" else "the remainder after the other lines"
                     worst, reason, excess = name, f"{cause} has {slope.against(name)}", size
         if not worst:
             break

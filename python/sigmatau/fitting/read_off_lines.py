@@ -22,13 +22,13 @@ from sigmatau.noise.terms import avar
 PER_OCTAVE = 8
 """Largest number of averaging times per octave: neighbours on a dense grid add no information."""
 
-LEAST_SHARE = 0.02
+MIN_SHARE = 0.02
 """Smallest mean share of a line in the variance over its range; with less its height is not determined."""
 
 HIDDEN = "the lines of the other terms reach the curve there"
 """Reason to refuse a line if there is no remainder after the other lines."""
 
-_MOST_STEPS = 100  # largest number of steps of the joint fit of all lines
+_MAX_STEPS = 100  # largest number of steps of the joint fit of all lines
 _CONVERGED = 1e-10  # step of the logarithms of the variances below which the joint fit ends
 _LARGEST_STEP = 1.0  # largest step of the logarithm of a variance
 
@@ -114,7 +114,7 @@ def lay(
         heights, shares = _solved(curve, remaining, held)
         names = list(remaining)
         lowest = int(np.argmin(shares.diagonal()))
-        if shares[lowest, lowest] >= LEAST_SHARE:
+        if shares[lowest, lowest] >= MIN_SHARE:
             return {name: math.exp(value / 2) for name, value in zip(names, heights, strict=True)}, hidden
         hidden[names[lowest]] = HIDDEN
         del remaining[names[lowest]]
@@ -133,7 +133,7 @@ def _solved(
         log_held = np.log(sum_of_lines(curve, held, used))
     measured = np.log(curve.avar[used])
     height = (weight * (measured - shape)).sum(axis=1)
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         log_part = height[:, None] + shape
         total = np.logaddexp(np.logaddexp.reduce(log_part, axis=0), log_held)
         share = np.exp(log_part - total)

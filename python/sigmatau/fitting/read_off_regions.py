@@ -37,7 +37,7 @@ class Rule:
     scatter : float
         Error of a deviation of this noise over that by eq. (26). [1]
     gain : float
-        Smallest reduction of the misfit by the term per octave. [squared errors by δ, at least 2 %]
+        Smallest reduction of the misfit per octave that the term must achieve. [squared errors, δ or 2 %]
     rest : float
         Largest standard error of the slope in the remainder after the lines of the other terms. [1]
 
@@ -71,7 +71,7 @@ _BEND = 0.1
 # largest error by eq. (26) of a point below the line; with larger errors, low deviations are common by chance
 _BEND_ERROR = 0.25
 _SIGMAS = 2.5  # number of errors by eq. (26) that a point may deviate in addition
-_SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
+_SMALLEST_ERROR = 0.02  # smallest relative error of a deviation in the comparison with the other terms
 SMALLEST_REST = 0.5  # share of the variance that the lines of other terms must leave in the region of a further line
 
 

@@ -36,7 +36,8 @@ class FittedFilter:
     low_pass : LowPass or None
         The filter as part of a noise model.
     known_to : float or None
-        Highest frequency that the fit used, because the filter removes higher ones; 0 for a filter of known shape. [Hz]
+        Frequency up to which the coefficients describe the filter, 0 for a filter of known shape; above, its shape
+        does, or it removes nearly all noise. None: the coefficients describe it at all frequencies. [Hz]
     damping : float or None
         Damping ratio of two poles; 0.71 is a Butterworth filter.
     analog : bool

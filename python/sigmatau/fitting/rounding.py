@@ -24,7 +24,7 @@ _LEVELS = 8  # number of values on either side of the mean that rounded noise ta
 
 @frozen(kw_only=False)
 class Rounding:
-    """Bounds of the noise before rounding, given the noise of the numbers. Both in steps.
+    """Bounds of the noise before rounding, given the noise of the rounded values. Both in steps.
 
     The rounded noise depends on the position of the mean within a step: with the mean halfway between two values, even
     very small noise flips between them; with the mean at a value, noise much smaller than a step is not visible.
@@ -76,7 +76,8 @@ def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjus
     """Compute intervals and limits that hold for any position of the mean within a step. The values remain those of the log.
 
     The random walk is that of the log, including rounding: per sample the square root of σ² + step²/12, averaged over the
-    mean. Slow changes before and after rounding differ by at most `Rounding.slow_error`, and in slope by twice `dither`.
+    positions of the mean. Slow changes before and after rounding differ by at most `Rounding.slow_error`, and in slope
+    by twice `dither`.
 
     Parameters
     ----------

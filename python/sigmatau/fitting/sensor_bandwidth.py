@@ -137,7 +137,7 @@ class SensorBandwidth(Printed):
     random_walk : Interval
         N without aliasing: its square is the two-sided density before the sampler. [unit of N]
     rate_needed : Interval
-        Lowest sampling rate from which N is too large by less than `tolerance`. [Hz]
+        Lowest sampling rate above which aliasing increases N by less than `tolerance`. [Hz]
     tolerance : float
         [1]
     logs : tuple of LoggedRate
@@ -265,7 +265,7 @@ class SensorBandwidth(Printed):
         texts = []
         if self.verdict == "rate too low":
             texts.append(
-                f"{self.channel}: these logs do not show the bandwidth, as no filter is visible below half the rate."
+                f"{self.channel}: these logs do not show the bandwidth: no filter is visible below half the rate."
                 f" Record at {float(f'{self.record_at:.3g}'):g} Hz or more"
             )
         if self.verdict == "logs differ":
@@ -279,7 +279,9 @@ class SensorBandwidth(Printed):
                 " The intervals are wider by the misfit"
             )
         if self.repeated:
-            texts.append(f"{self.channel}: not used, as another log has the same samples: {', '.join(self.repeated)}")
+            texts.append(
+                f"{self.channel}: not used, because another log has the same samples: {', '.join(self.repeated)}"
+            )
         return tuple(texts)
 
     def __repr__(self) -> str:
@@ -288,7 +290,7 @@ class SensorBandwidth(Printed):
         label = TERMS["random_walk"].label(self.quantity)
         name = f"{self.channel}   filter: {self.shape}"
         if self.alternatives:
-            name += f"; as likely: {'; '.join(self.alternatives)}"
+            name += f"; equally likely: {'; '.join(self.alternatives)}"
         if self.verdict == "rate too low":
             name = f"{self.channel}   filter: not shown by these logs"
         rows = [

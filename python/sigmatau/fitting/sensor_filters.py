@@ -28,7 +28,7 @@ _SHARPNESS = (
     12.0,
 )  # limits of duration × cutoff of a FIR filter: from its taper alone to a transition of 1/8 of the band
 _TAPS = 256  # taps of the impulse response of a FIR filter in its table
-_PADDED = 16384  # samples of the transform of a table: 64 frequencies for the inverse of the duration
+_PADDED = 16384  # samples of the transform of a table: 64 frequency steps in one inverse duration
 _PASS_EDGE = 3.0  # distance above the cutoff where a FIR filter stops everything [inverse durations]
 _HIGHEST_DIGITAL = 0.49  # largest corner of a digital filter, over its clock
 _LOWEST = 1e-12  # smallest |H|², instead of 0

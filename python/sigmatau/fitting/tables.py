@@ -53,8 +53,8 @@ def fit_table(
     """
     rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "")]
     for channel, fitted in fits.items():
-        worth = f"trust: {fitted.trust}; " if fitted.trust else ""
-        rows.append((f"{channel}  {worth}{fitted.headline(method=False)}",))
+        trust_words = f"trust: {fitted.trust}; " if fitted.trust else ""
+        rows.append((f"{channel}  {trust_words}{fitted.headline(method=False)}",))
         for name in fitted:
             term = TERMS[name]
             texts = fitted.texts(name)

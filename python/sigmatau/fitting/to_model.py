@@ -14,7 +14,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import GaussMarkov, Resonance, Sinusoid
 
-_FIRST_SAMPLES = 1.5  # shortest averaging time above which a fit has left out short times [samples]
+_LEFT_OUT_ABOVE = 1.5  # a fit whose shortest averaging time is longer has left out short times [samples]
 _WITHOUT_MODEL = ("too_short",)  # verdicts of fits that have no model
 
 
@@ -73,7 +73,7 @@ def to_model(fit: FittedNoise) -> ChannelModel:
         duration=fit.n / rate,
         rate=rate,
         adequate=fit.quantified,
-        highest=_highest(fit, rate),
+        highest=_highest_frequency(fit, rate),
     )
 
 
@@ -100,10 +100,10 @@ def _resonance_block(covariance: Covariance, numbers: Sequence[int]) -> Covarian
     return covariance.select(renamed)
 
 
-def _highest(fit: FittedNoise, rate: float) -> float | None:
+def _highest_frequency(fit: FittedNoise, rate: float) -> float | None:
     """Highest frequency that the model describes: that of the fit, or half over its shortest time if that is lower."""
     ends = [] if fit.highest is None else [fit.highest]
-    ends += [0.5 / fit.tau_min] if fit.tau_min and fit.tau_min * rate > _FIRST_SAMPLES else []
+    ends += [0.5 / fit.tau_min] if fit.tau_min and fit.tau_min * rate > _LEFT_OUT_ABOVE else []
     return min(ends, default=None)
 
 

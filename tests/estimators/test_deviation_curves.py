@@ -91,8 +91,8 @@ class TestFreedom:
     @pytest.mark.parametrize(
         ("kind", "noise", "words"),
         [
-            ("mtie", "random_walk", "no law of the MTIE"),
-            ("tie_rms", "random_walk", "no law of the TIE rms"),
+            ("mtie", "random_walk", "the distribution of the MTIE"),
+            ("tie_rms", "random_walk", "the distribution of the TIE rms"),
             ("modified", "arw", "unknown term 'arw'"),
             ("modified", 3, "name of a term"),
             ("modified", {"random_walk": math.nan}, "finite"),
@@ -264,7 +264,7 @@ class TestCommandLine:
             (["--kind", "hdev"], "hdev"),
             ([], "kind"),
             (["--kind", "total", "--overlap", "none"], "omit it"),
-            (["--kind", "mtie", "--noise", "random_walk"], "no law of the MTIE"),
+            (["--kind", "mtie", "--noise", "random_walk"], "the distribution of the MTIE"),
             (["--kind", "modified", "--noise", "white"], "unknown term 'white'"),
             (["--kind", "modified", "--taus", "5"], "out of reach"),
         ],

@@ -137,7 +137,7 @@ def test_covariance_behind_a_filter(order, corner):
         return part.phase(lags.astype(float), tau0)
 
     def beside(lags):
-        return covariances.phase_of_term("bias_instability", 0.3, lags.astype(float), tau0)
+        return covariances.phase_autocovariance_of_term("bias_instability", 0.3, lags.astype(float), tau0)
 
     found = covariance_with(
         part,

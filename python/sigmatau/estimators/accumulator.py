@@ -24,7 +24,7 @@ from sigmatau.results import Printed
 
 Long = Literal["exact", "strided"]
 
-_MOST_SAMPLES = 1 << 41  # 35 years at 2 kHz [samples]
+_MAX_SAMPLES = 1 << 41  # 35 years at 2 kHz [samples]
 
 
 class Accumulator(Printed):
@@ -110,7 +110,7 @@ class Accumulator(Printed):
         self._factors = [factor / (self.tau0 if input == "increments" else 1.0) for _, _, factor in kinds]
         if isinstance(taus, str) and taus == "all":
             raise OptionError("{option} 'all' takes a whole record: see `sigmatau.allan`", option="taus")
-        sizes = cluster_sizes(taus, n=_MOST_SAMPLES, tau0=self.tau0)
+        sizes = cluster_sizes(taus, n=_MAX_SAMPLES, tau0=self.tau0)
         if long == "strided":
             sizes = strided_sizes(sizes)
         self._sums = [

@@ -38,13 +38,13 @@ Counting = Literal["standard", "paper"]
 
 _COLUMNS = ("m", "tau", "avar", "n_pairs", "ramp", "edf", "stride")
 
-_MOST_ALL_WITH_GAPS = 100_000  # largest record with gaps for which all sizes are computed: half a minute [samples]
+_MAX_SAMPLES_WITH_GAPS = 100_000  # longest record with gaps for `taus="all"`: half a minute [samples]
 
 # Grids with parts of an octave are printed completely, up to eighths of an octave for a record of 10⁸ samples.
 _PRINTED_ROWS = 200
 
 
-def kept_freedom(curve: DeviationCurve, edf: NDArray[np.float64]) -> NDArray[np.float64]:
+def scale_by_pairs(curve: DeviationCurve, edf: NDArray[np.float64]) -> NDArray[np.float64]:
     """Degrees of freedom with missing samples: those of a complete record, scaled by the share of pairs."""
     if not curve.missing:
         return edf
@@ -71,7 +71,7 @@ class DeviationCurve(Tabular):
         Number of squared differences averaged.
     ramp : ndarray, shape (n_tau,)
         Estimated ramp of the rate at this averaging time: the mean of all overlapping second differences of the phase,
-        over tau²; with missing samples, by least squares on the distances of the clusters. [unit/s]
+        over tau²; with missing samples, a least-squares fit with the actual distances between clusters. [unit/s]
     n : int
         Rate samples in the record.
     tau0 : float
@@ -178,7 +178,7 @@ class DeviationCurve(Tabular):
     def _freedom(self, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
         if self.overlap != "full":
             raise OptionError("{option} needs a curve of overlapping clusters, overlap='full'", option="noise")
-        return kept_freedom(self, degrees_of_freedom(check_coefficients(noise), n=self.n, m=self.m, tau0=self.tau0))
+        return scale_by_pairs(self, degrees_of_freedom(check_coefficients(noise), n=self.n, m=self.m, tau0=self.tau0))
 
     def at(self, sizes: NDArray[np.int64]) -> DeviationCurve:
         """Select some of the cluster sizes.
@@ -470,9 +470,9 @@ def curves_of_stream(
     for channel, missing in gaps.items():
         if missing is None:
             continue
-        if isinstance(taus, str) and taus == "all" and stream.grid.n > _MOST_ALL_WITH_GAPS:
+        if isinstance(taus, str) and taus == "all" and stream.grid.n > _MAX_SAMPLES_WITH_GAPS:
             raise OptionError(
-                f"{{option}} 'all' is for at most {_MOST_ALL_WITH_GAPS} samples where some are missing; take a grid",
+                f"{{option}} 'all' is for at most {_MAX_SAMPLES_WITH_GAPS} samples where some are missing; take a grid",
                 option="taus",
             )
         avar, ramp, pairs = kernels.masked_variances(

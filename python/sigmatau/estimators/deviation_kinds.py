@@ -22,7 +22,7 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import NOISE, TERMS
 
-_MOST_SAMPLES = 20_000  # number of samples up to which every averaging time is computed separately
+_MAX_SAMPLES = 20_000  # number of samples up to which every averaging time is computed separately
 
 Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"]
 
@@ -81,10 +81,10 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
         raise RecordTooShortError(
             f"{n} samples are too few for the {chosen.label}: at least {needed} are needed", need=needed, got=n
         )
-    if isinstance(taus, str) and taus == "all" and n > _MOST_SAMPLES:
+    if isinstance(taus, str) and taus == "all" and n > _MAX_SAMPLES:
         raise OptionError(
             f"{{option}} 'all' of {n} samples takes some N² steps for the {chosen.label};"
-            f" at most {_MOST_SAMPLES} are allowed: take a grid such as 'eighth'",
+            f" at most {_MAX_SAMPLES} are allowed: take a grid such as 'eighth'",
             option="taus",
         )
     factor = 2 if chosen.kernel == "theo1" else 1
@@ -152,7 +152,7 @@ def degrees_of_freedom(
     kernel = estimator(kind).kernel
     if kernel in ("mtie", "tie_rms"):
         raise OptionError(
-            f"no law of the {estimator(kind).label} is known, so that it has no degrees of freedom and no interval",
+            f"the distribution of the {estimator(kind).label} is not known: no degrees of freedom and no interval",
             option="noise",
         )
     coefficients = check_coefficients(noise)

@@ -42,7 +42,7 @@ class GappedSums:
         self._closed: dict[
             int, tuple[int, float, float, int]
         ] = {}  # by size: pairs, sums of variances and ramps, stride
-        self._curve: DeviationCurve | None = None  # curve of the shortest sizes, a template for names and units
+        self._curve: DeviationCurve | None = None  # curve of any run, a template for names and units
 
     def push(self, x: Floats) -> None:
         """Add the next samples, shape (n,)."""
@@ -95,7 +95,7 @@ class GappedSums:
             self._last = later._last
             for m, (pairs, variances, ramps, stride) in later._closed.items():
                 self._add(m, pairs, variances, ramps, stride)
-        self._curve = _shorter(self._curve, later._curve)
+        self._curve = _template(self._curve, later._curve)
         self.missing += later.missing
         self.stop = later.stop
 
@@ -112,7 +112,7 @@ class GappedSums:
             (curve,) = run.snapshot().values()
         except RecordTooShortError:  # the run is shorter than two clusters of any size
             return []
-        self._curve = _shorter(self._curve, curve)
+        self._curve = _template(self._curve, curve)
         strides = np.ones_like(curve.m) if curve.stride is None else curve.stride
         columns = (curve.m, curve.n_pairs, curve.avar, curve.ramp, strides)
         return list(zip(*(column.tolist() for column in columns), strict=True))
@@ -160,5 +160,5 @@ class GappedSums:
         )
 
 
-def _shorter(first: DeviationCurve | None, second: DeviationCurve | None) -> DeviationCurve | None:
+def _template(first: DeviationCurve | None, second: DeviationCurve | None) -> DeviationCurve | None:
     return second if first is None else first

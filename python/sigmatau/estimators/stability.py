@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DEFAULT_WINDOWS = 10
-_LEAST_SAMPLES = 16
-MIN_SAMPLES_OF_MAP = _DEFAULT_WINDOWS * _LEAST_SAMPLES
+_MIN_SAMPLES = 16
+MIN_SAMPLES_OF_MAP = _DEFAULT_WINDOWS * _MIN_SAMPLES
 """Samples that a dynamic Allan deviation with windows of the default length needs."""
-_MOST_WINDOWS = 2000
+_MAX_WINDOWS = 2000
 _PRINTED_ROWS = 12
-_MOST_MISSING = 0.1  # largest share of missing samples in a window
+_MAX_MISSING = 0.1  # largest share of missing samples in a window
 
 
 @frozen(eq=False)
@@ -203,18 +203,18 @@ def dynamic_allan(
     n = _samples("window", window, tau0) if window is not None else total // _DEFAULT_WINDOWS
     if n > total:
         raise OptionError(f"a window of {window:g} s is longer than the record ({total * tau0:.6g} s)", option="window")
-    if n < _LEAST_SAMPLES:
+    if n < _MIN_SAMPLES:
         if window is None:
             raise RecordTooShortError(
-                f"{total} samples do not make ten windows of {_LEAST_SAMPLES}", need=MIN_SAMPLES_OF_MAP, got=total
+                f"{total} samples do not make ten windows of {_MIN_SAMPLES}", need=MIN_SAMPLES_OF_MAP, got=total
             )
         raise OptionError(
-            f"a window of {window:g} s has {n} samples; at least {_LEAST_SAMPLES} are needed", option="window"
+            f"a window of {window:g} s has {n} samples; at least {_MIN_SAMPLES} are needed", option="window"
         )
     stride = _samples("step", step, tau0) if step is not None else max(n // 2, 1)
     count = (total - n) // stride + 1
-    if count > _MOST_WINDOWS:
-        raise OptionError(f"{{option}} makes {count} windows; at most {_MOST_WINDOWS} can be asked for", option="step")
+    if count > _MAX_WINDOWS:
+        raise OptionError(f"{{option}} makes {count} windows; at most {_MAX_WINDOWS} can be asked for", option="step")
     sizes = cluster_sizes(taus, n=n, tau0=tau0)
     if isinstance(taus, str):
         sizes = sizes[sizes <= n // 3]
@@ -222,7 +222,7 @@ def dynamic_allan(
     adev = np.full((count, len(sizes)), np.nan)
     for k in range(count):
         part = single.cut(k * stride, k * stride + n)
-        if part.mask is not None and part.mask.mean() > _MOST_MISSING:
+        if part.mask is not None and part.mask.mean() > _MAX_MISSING:
             continue
         curve = allan(Record(streams=(part,)), taus=sizes * tau0, threads=threads)[channel]
         adev[k, np.isin(sizes, curve.m)] = curve.adev

@@ -23,10 +23,10 @@ from sigmatau.model.processes import (
     LowPass,
     Resonance,
     Sinusoid,
+    as_processes,
     check_coefficients,
-    interval,
+    check_sample_interval,
     real,
-    several,
 )
 from sigmatau.model.turn_on import TurnOn
 from sigmatau.noise import terms
@@ -147,7 +147,7 @@ class ChannelModel(Mapping[str, float], Printed):
             if abs(value) > LARGEST:
                 raise DataError(f"{name}: {value!r}, of its limit or interval, is more than {LARGEST:g} in SI")
         for field_, kind in PROCESSES.items():
-            object.__setattr__(self, field_, several(field_, kind, getattr(self, field_)))
+            object.__setattr__(self, field_, as_processes(field_, kind, getattr(self, field_)))
         if self.bandwidth is not None and not isinstance(self.bandwidth, LowPass):
             raise DataError(f"`bandwidth` must be a LowPass, not {self.bandwidth!r}")
         if not (nonzero or any(getattr(self, kind) for kind in PROCESSES)):
@@ -297,7 +297,7 @@ class ChannelModel(Mapping[str, float], Printed):
         if tau0 is None and "quantization" in self.terms:
             raise OptionError("the density of quantization noise needs the sample interval {option}", option="tau0")
         if tau0 is not None:
-            nyquist = 0.5 / interval("tau0", tau0)
+            nyquist = 0.5 / check_sample_interval("tau0", tau0)
             if frequency.size and frequency.max() > nyquist * (1 + 1e-9):
                 raise OptionError(
                     f"{{option}} must be at most 1/(2·tau0), {nyquist:g} Hz, not {frequency.max():g}: sampling"
@@ -355,11 +355,11 @@ class ChannelModel(Mapping[str, float], Printed):
                 f"{' and '.join(moving)} {'has' if len(moving) == 1 else 'have'} no autocovariance: the rate is not"
                 " stationary, only its differences are; use phase_autocovariance, or omit them"
             )
-        shape, size, step = np.shape(lags), covariances.whole_lags(lags), interval("tau0", tau0)
+        shape, size, step = np.shape(lags), covariances.whole_lags(lags), check_sample_interval("tau0", tau0)
         total = np.zeros(size.shape)
         for term, value in self.terms.items():
             if term != "random_walk" or self.bandwidth is None:
-                total += covariances.rate_of_term(term, value, size, step)
+                total += covariances.rate_autocovariance(term, value, size, step)
         for part in self.damped(step):
             total += part.autocovariance(size)
         for line in self.sinusoid:
@@ -397,11 +397,11 @@ class ChannelModel(Mapping[str, float], Printed):
         the Allan variance is about 1e-15·T/(n·τ₀) for a Gauss-Markov process, and 1e-15/(f·n·τ₀)² for a filter with the
         corner f.
         """
-        shape, size, step = np.shape(l), covariances.whole_lags(l), interval("tau0", tau0)
+        shape, size, step = np.shape(l), covariances.whole_lags(l), check_sample_interval("tau0", tau0)
         total = np.zeros(size.shape)
         for term, value in self.terms.items():
             if term != "random_walk" or self.bandwidth is None:
-                total += covariances.phase_of_term(term, value, size, step)
+                total += covariances.phase_autocovariance_of_term(term, value, size, step)
         for part in self.damped(step):
             total += part.phase(size, step)
         for line in self.sinusoid:

@@ -36,7 +36,7 @@ def whole_lags(lags: ArrayLike) -> Floats:
     return np.asarray(np.abs(size))
 
 
-def rate_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
+def rate_autocovariance(term: str, value: float, lags: Floats, tau0: float) -> Floats:
     """Autocovariance of the rate of quantization noise or the random walk, the only stationary terms."""
     if term == "quantization":  # differences of white noise
         return np.asarray(value**2 / tau0**2 * (2.0 * (lags == 0) - 1.0 * (lags == 1)))
@@ -45,7 +45,7 @@ def rate_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
     raise DataError(f"{term} has no autocovariance")
 
 
-def phase_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
+def phase_autocovariance_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
     """Generalised autocovariance of the phase, s(l)."""
     if term == "quantization":
         return np.asarray(value**2 * (lags == 0))
@@ -158,14 +158,14 @@ def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
         with np.errstate(under="ignore", over="ignore"):
             if abs(a) < 1:
                 # Both differences lose digits for small arguments, where series replace them.
-                row[:] = (lags * _sinh_less(a) + exponential_less(whole)) / (2 * np.sinh(a / 2) ** 2)
+                row[:] = (lags * _sinh_remainder(a) + exponential_remainder(whole)) / (2 * np.sinh(a / 2) ** 2)
             else:
                 p = np.exp(-a)
                 row[:] = lags * (1 + p) / (1 - p) - 2 * p * (1 - np.exp(-whole)) / (1 - p) ** 2
     return variances
 
 
-def _sinh_less(a: complex) -> complex:
+def _sinh_remainder(a: complex) -> complex:
     """The difference sinh a − a."""
     term = total = a**3 / 6
     for k in range(2, 10):
@@ -174,7 +174,7 @@ def _sinh_less(a: complex) -> complex:
     return total
 
 
-def exponential_less(x: _Complex) -> _Complex:
+def exponential_remainder(x: _Complex) -> _Complex:
     """The difference e^(−x) − 1 + x."""
     x = np.asarray(x)
     value = np.asarray(np.exp(-x) - 1 + x)

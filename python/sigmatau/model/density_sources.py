@@ -41,8 +41,8 @@ class SampledDensity:
         self.pieces: Pieces = Pieces(f, self.density, between)
 
     def edge(self, end: int) -> Floats:
-        """Densities of the channels at the lower or upper end of the band."""
-        return np.atleast_1d(broadcast_channels(self.density)[-end])
+        """Densities of the channels at the lower (0) or upper (1) end of the band."""
+        return np.atleast_1d(channel_densities(self.density)[-end])
 
     def avar(self, times: Floats, _: float, tau0: float | None) -> Floats:
         return np.array([self.pieces.integral(time, tau0) for time in times.tolist()])
@@ -84,7 +84,7 @@ class FunctionDensity:
         if f == 0 or math.isinf(f):
             return np.zeros(max(self.channels, 1))
         values = self.values(np.array([f]))
-        return np.atleast_1d(broadcast_channels(values)[0] if self.channels else np.broadcast_to(values, (1,))[0])
+        return np.atleast_1d(channel_densities(values)[0] if self.channels else np.broadcast_to(values, (1,))[0])
 
     def avar(self, times: Floats, f_max: float, tau0: float | None) -> Floats:
         def integrated(function: Density) -> Floats:
@@ -106,8 +106,8 @@ class FunctionDensity:
         return np.asarray(self.values(f)[:, channels][:, :, channels].sum(axis=(1, 2)).clip(min=0.0))
 
 
-def broadcast_channels(values: NDArray[Any]) -> NDArray[Any]:
-    """The diagonal of matrices; the values of a single channel are returned unchanged."""
+def channel_densities(values: NDArray[Any]) -> NDArray[Any]:
+    """Densities of the channels: the diagonals of matrices, or the values of a single channel."""
     return np.asarray(values if values.ndim == 1 else np.einsum("kii->ki", values))
 
 
@@ -115,7 +115,9 @@ def rising_frequencies(frequency: ArrayLike) -> Floats:
     """Frequencies as an array; raises `DataError` unless they are positive and rise."""
     f = np.asarray(frequency)
     if f.ndim != 1 or f.dtype.kind not in "fiu" or len(f) < 2:
-        raise DataError(f"`frequency` must be two or more numbers of Hz in a row, not {f.dtype} of shape {f.shape}")
+        raise DataError(
+            f"`frequency` must be two or more numbers of Hz, shape (n_f,), not {f.dtype} of shape {f.shape}"
+        )
     f = f.astype(np.float64)
     wrong = np.flatnonzero(~(np.isfinite(f) & (f > 0)))
     if len(wrong):
@@ -152,9 +154,12 @@ def check_density(values: NDArray[Any], f: Floats) -> None:
             )
         return
     size = np.abs(flat).max(axis=1)
-    skew = np.abs(values - values.conj().swapaxes(1, 2)).max(axis=(1, 2)) > _HERMITIAN * size
-    lowest = np.linalg.eigvalsh(values)[:, 0] < -_HERMITIAN * size
-    for bad, what in ((skew, "not Hermitian"), (lowest, "not positive: a coherence is above 1, or a density negative")):
+    not_hermitian = np.abs(values - values.conj().swapaxes(1, 2)).max(axis=(1, 2)) > _HERMITIAN * size
+    not_positive = np.linalg.eigvalsh(values)[:, 0] < -_HERMITIAN * size
+    for bad, what in (
+        (not_hermitian, "not Hermitian"),
+        (not_positive, "not positive: a coherence is above 1, or a density negative"),
+    ):
         wrong = np.flatnonzero(bad)
         if len(wrong):
             raise DataError(f"the matrix of `density` at index {wrong[0]} ({f[wrong[0]]:g} Hz) is {what}")

@@ -139,7 +139,7 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
                 ONLY_LIMITS if channel.has_only_limits else "no model fits this axis: no value above has an interval"
             )
             lines.append(f"adequate = false  # {doubt}")
-        lines += _left_out(channel)
+        lines += _comments_on_omissions(channel)
         blocks.append("\n".join(lines))
     for term, pairs in correlation.items():
         rows_by_channel: dict[str, list[str]] = {}
@@ -189,7 +189,7 @@ def _interval_comment(channel: ChannelModel, term: str) -> str:
     return printable(f"  # {text}, {_percent(channel.level)} interval")
 
 
-def _left_out(channel: ChannelModel) -> list[str]:
+def _comments_on_omissions(channel: ChannelModel) -> list[str]:
     """Lines of comments: limits of terms that were not observed, and correlated errors."""
     lines = []
     for term in channel.limits:

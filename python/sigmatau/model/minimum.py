@@ -10,7 +10,7 @@ import numpy as np
 from sigmatau._native import kernels
 from sigmatau.arrays import Floats
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.covariance import exponential_less
+from sigmatau.model.covariance import exponential_remainder
 from sigmatau.noise.terms import TERMS
 
 _TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none [log10 s]
@@ -46,7 +46,7 @@ def processes_avar(model: ChannelModel, tau: Floats, *, cancelled: bool = False)
     for resonance in model.resonance:
         x = np.asarray((resonance.damping - 1j * resonance.turning) * tau, dtype=np.complex128)
         # variance of a mean, minus the covariance with the next one
-        means = 2 * exponential_less(x) / x**2 - (np.expm1(-x) / x) ** 2
+        means = 2 * exponential_remainder(x) / x**2 - (np.expm1(-x) / x) ** 2
         total += resonance.sigma**2 * ((1 + 1j * resonance.damping / resonance.turning) * means).real
     for line in model.sinusoid:
         periods = line.frequency * tau

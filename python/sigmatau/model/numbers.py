@@ -20,9 +20,10 @@ from sigmatau.model.processes import Sinusoid
 
 T = TypeVar("T")
 
-_LEAST_SHARE = 1e-6  # smallest share of the variance that an uncertain phase leaves
-_SHAPE_ERROR = 0.02  # largest difference of the variances of model and fit at `tau_min`, relative: SAME in described.rs
-_LEAST_CHANGE = 1e-9  # smallest relative change of a frequency that exceeds rounding
+_MIN_SHARE = 1e-6  # smallest share of the variance that an uncertain phase leaves
+# largest relative difference of the variances of model and fit at `tau_min`: MAX_DIFFERENCE of described.rs
+_SHAPE_ERROR = 0.02
+_MIN_CHANGE = 1e-9  # smallest relative change of a frequency that exceeds rounding
 
 _CHANGE = 1e-3  # relative change of a parameter of a process for its derivative
 
@@ -73,7 +74,7 @@ def adev_interval(
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     errors = np.sqrt(np.maximum(values, 0.0))[:, None] * (vectors.T @ (gradient * scale[:, None])) / (2 * avar)
     spread = np.sqrt((errors**2).sum(axis=0))
-    deviates = _largest(errors / np.where(spread > 0, spread, 1.0), level) if simultaneous else None
+    deviates = _quantile_of_largest(errors / np.where(spread > 0, spread, 1.0), level) if simultaneous else None
     wide = np.exp((deviates or NormalDist().inv_cdf(0.5 + level / 2)) * spread)
     low, high = np.sqrt(avar) / wide, np.sqrt(avar) * wide
     deviate = NormalDist().inv_cdf(0.5 + level / 2)
@@ -81,7 +82,7 @@ def adev_interval(
         smallest, largest = _avar_of_near_frequencies(line, deviate * error, m=m, tau0=tau0)
         plain = kernels.sinusoid_avar(line.amplitude, line.frequency, np.asarray(m), tau0)
         # As shares of the variance, so that the interval stays above 0.
-        low = low * np.sqrt(np.maximum(1 - (plain - smallest) / avar, _LEAST_SHARE))
+        low = low * np.sqrt(np.maximum(1 - (plain - smallest) / avar, _MIN_SHARE))
         high = high * np.sqrt(1 + (largest - plain) / avar)
     for alternative in explanations(model)[1:]:
         if alternative.covariance.parameters:
@@ -125,7 +126,7 @@ def _avar_of_near_frequencies(line: Sinusoid, apart: float, *, m: ArrayLike, tau
     return scale * smallest**2, scale * largest**2
 
 
-def _largest(directions: Floats, level: float) -> float:
+def _quantile_of_largest(directions: Floats, level: float) -> float:
     """Quantile of the largest absolute value over the curve of unit normal deviates with these directions."""
     draws = np.random.default_rng(0).standard_normal((_DRAWS, len(directions)))
     return float(np.quantile(np.abs(draws @ directions).max(axis=1), level))
@@ -197,7 +198,7 @@ def difference_step(model: ChannelModel, parameter: Parameter) -> float:
     process = getattr(model, parameter.part)[parameter.number - 1]
     if _is_phase(parameter):
         variance = model.covariance.variance_of(parameter) or 0.0
-        return float(max(_CHANGE * np.sqrt(variance), _LEAST_CHANGE * process.frequency))
+        return float(max(_CHANGE * np.sqrt(variance), _MIN_CHANGE * process.frequency))
     return float(_CHANGE * getattr(process, "width" if parameter.quantity == "frequency" else parameter.quantity))
 
 

@@ -158,7 +158,7 @@ class Sinusoid:
 class LowPass:
     """Bandwidth of the sensor: a Butterworth filter of the white noise in front of the sampler.
 
-    Noise above half the sampling rate is aliased. Slower noise is not filtered.
+    Noise above half the sampling rate is aliased. The filter acts on the random walk only.
 
     Attributes
     ----------
@@ -238,7 +238,7 @@ def real(value: object) -> float:
         return math.inf
 
 
-def interval(name: str, value: float) -> float:
+def check_sample_interval(name: str, value: float) -> float:
     """Check a sample interval: `OptionError` unless it is positive and its rate is in `RATES`."""
     if not (math.isfinite(real(value)) and value > 0):
         raise OptionError(f"{{option}} must be a positive number of seconds, not {value!r}", option=name)
@@ -248,7 +248,7 @@ def interval(name: str, value: float) -> float:
     return float(value)
 
 
-def sampling_rate(value: float) -> float:
+def check_sampling_rate(value: float) -> float:
     """Check a sampling rate: `OptionError` unless it is positive and in `RATES`."""
     if not (math.isfinite(real(value)) and value > 0):
         raise OptionError(f"{{option}} must be a positive number of hertz, not {value!r}", option="rate")
@@ -272,7 +272,7 @@ def check_coefficients(what: str, values: object) -> dict[str, float]:
     return coefficients
 
 
-def several(what: str, kind: type, values: object) -> tuple[Any, ...]:
+def as_processes(what: str, kind: type, values: object) -> tuple[Any, ...]:
     """A tuple of processes of one kind; `DataError` for anything else."""
     many = tuple(values) if isinstance(values, list | tuple) else (values,)
     if not isinstance(values, list | tuple) or not all(isinstance(process, kind) for process in many):

@@ -13,7 +13,7 @@ from sigmatau.digits import significant
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model.density_pieces import Between, Pieces
-from sigmatau.model.density_sources import FunctionDensity, SampledDensity, broadcast_channels
+from sigmatau.model.density_sources import FunctionDensity, SampledDensity, channel_densities
 from sigmatau.model.processes import real
 from sigmatau.model.transform import Density
 from sigmatau.results import Printed, plain
@@ -24,7 +24,7 @@ _PEAK = 1.1655611852072113 / math.pi
 """Product f·T at which sin⁴(πfT)/(πfT)² is largest: tan x = 2x."""
 
 _PER_OCTAVE = 2  # default number of averaging times per octave
-# number of doublings of the frequency, beyond which sin⁴ in the law above the band is replaced by its mean 3/8
+# number of doublings of the frequency above the band, after which sin⁴ is replaced by its mean 3/8
 _DOUBLINGS = 50
 _SMALL = 1e-6  # x = πfT below which sin⁴x = x⁴ to 10⁻¹²
 
@@ -58,7 +58,7 @@ class AvarFromPsd(Printed):
     >>> import sigmatau as st
     >>> st.avar_from_psd([0.01, 50.0], [1e-8, 1e-8], [1.0, 10.0], sided="two")
     Allan deviation of a density from 0.01 to 50 Hz
-           τ [s]              σ   at most, with what is outside the band
+           τ [s]              σ   at most, with noise outside the band
                1      9.985e-05       0.0001000
               10      3.142e-05       3.203e-05
       outside: below 0.01 Hz no steeper than f^-2, above 50 Hz no steeper than f^0
@@ -80,12 +80,12 @@ class AvarFromPsd(Printed):
     @property
     def adev(self) -> Floats:
         """Allan deviations of the band, shape (n_tau,); for n channels (n_tau, n). [unit]"""
-        return np.asarray(np.sqrt(broadcast_channels(self.avar)))
+        return np.asarray(np.sqrt(channel_densities(self.avar)))
 
     @property
     def adev_at_most(self) -> Floats:
         """Allan deviations with the largest possible contribution of the rest of the density; shape of `adev`. [unit]"""
-        return np.asarray(np.sqrt(broadcast_channels(self.avar + self.below + self.above)))
+        return np.asarray(np.sqrt(channel_densities(self.avar + self.below + self.above)))
 
     @property
     def correlation(self) -> Floats:
@@ -103,7 +103,7 @@ class AvarFromPsd(Printed):
     def __repr__(self) -> str:
         several = self.avar.ndim > 1
         head = f"Allan deviation of a density from {self.f_min:.6g} to {self.f_max:.6g} Hz"
-        lines = [head, f"  {'τ [s]':>10}  {'σ':>13}   at most, with what is outside the band"]
+        lines = [head, f"  {'τ [s]':>10}  {'σ':>13}   at most, with noise outside the band"]
         if several:
             lines = [
                 f"{head}, {self.avar.shape[1]} channels",

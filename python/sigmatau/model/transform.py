@@ -160,7 +160,7 @@ class _Kernel:
         split = min(max(_DIRECT, start), end)
         total = below + (self._adaptive(start, split, below) if start < split else 0.0)
         if end > split:
-            total += self._adaptive(split, self._distant(split, total) if math.isinf(end) else end, total)
+            total += self._adaptive(split, self._negligible_from(split, total) if math.isinf(end) else end, total)
         return 4 / (math.pi * self.time) * total
 
     def _slope(self, end: float) -> float:
@@ -168,8 +168,8 @@ class _Kernel:
         s = self.density(x)
         return float(np.log(s[0] / s[1]) / np.log(x[0] / x[1])) if (s > 0).all() else 0.0
 
-    def _distant(self, start: float, partial: float) -> float:
-        """Frequency above which an infinite density contributes nothing. The density must not rise."""
+    def _negligible_from(self, start: float, partial: float) -> float:
+        """Frequency above which a density that extends to infinity contributes nothing."""
         x = start * 10.0 ** np.arange(0, 2 * math.log10(_HIGHEST) + 1, 0.5)
         share = self.envelope(x) * x
         done = np.flatnonzero(share <= 1e-3 * self.rtol * max(partial, share[0]))

@@ -10,7 +10,7 @@ from sigmatau.frozen import frozen
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.noise.terms import display_units
 
-_FEWEST = 2  # smallest number of power-ups with a spread
+_MIN_POWER_UPS = 2  # smallest number of power-ups with a spread
 
 
 @frozen
@@ -70,8 +70,8 @@ class TurnOn:
         if not (0 <= self.low <= self.sigma <= self.high):
             raise DataError(f"sigma of a turn-on bias must be between low and high, not {self.sigma!r}")
         whole = isinstance(self.power_ups, int) and not isinstance(self.power_ups, bool)
-        if not whole or self.power_ups is None or self.power_ups < _FEWEST:
-            raise DataError(f"power_ups must be a whole number of at least {_FEWEST}, not {self.power_ups!r}")
+        if not whole or self.power_ups is None or self.power_ups < _MIN_POWER_UPS:
+            raise DataError(f"power_ups must be a whole number of at least {_MIN_POWER_UPS}, not {self.power_ups!r}")
 
     @property
     def prior(self) -> float:

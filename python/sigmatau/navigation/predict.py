@@ -16,12 +16,12 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.numbers import changed_processes, difference_step, explanations
 from sigmatau.model.parameters import Covariance, Parameter
-from sigmatau.model.processes import real, sampling_rate
+from sigmatau.model.processes import check_sampling_rate, real
 from sigmatau.navigation.error_covariance import Earth, Mechanisation, NoiseSource, mechanisations, source
 from sigmatau.navigation.prediction import PredictedError, Prediction
 from sigmatau.record.record import stream_name
 
-_MOST_STEPS = 1e12
+_MAX_STEPS = 1e12
 
 
 def predict(
@@ -161,7 +161,7 @@ def _predicted(
     level: float,
 ) -> Prediction:
     steps = _steps(after, rate)
-    average = 0 if calibration is None else _whole("calibration", calibration, rate)
+    average = 0 if calibration is None else _whole_steps("calibration", calibration, rate)
     if earth not in ("round", "flat"):
         raise OptionError(f"{{option}} must be 'round' or 'flat', not {earth!r}", option="earth")
     if not 0 < real(level) < 1:
@@ -263,26 +263,26 @@ def _as_simulated(flicker: NoiseSource, equations: Mechanisation, gains: Floats,
 
 
 def _range(ratios: Sequence[Floats]) -> tuple[float, float] | None:
-    """Least and largest root of finite ratios."""
+    """Smallest and largest root of finite ratios."""
     finite = np.concatenate([ratio.ravel() for ratio in ratios]) if ratios else np.empty(0)
     finite = np.sqrt(finite[np.isfinite(finite)])
     return (float(finite.min()), float(finite.max())) if finite.size else None
 
 
 def _steps(after: ArrayLike, rate: float) -> Floats:
-    sampling_rate(rate)
+    check_sampling_rate(rate)
     times = np.atleast_1d(np.asarray(after))
     times = times.astype(np.float64) if times.dtype.kind in "iuf" else np.empty(0)
     if times.ndim != 1 or not times.size:
         raise OptionError(f"{{option}} must be one or more times in s, not {after!r}", option="after")
-    return np.unique([_whole("after", float(time), rate) for time in times])
+    return np.unique([_whole_steps("after", float(time), rate) for time in times])
 
 
-def _whole(option: str, time: float, rate: float) -> int:
+def _whole_steps(option: str, time: float, rate: float) -> int:
     """Number of whole steps of a time."""
-    if not (math.isfinite(real(time)) and 0.5 <= time * rate <= _MOST_STEPS):
+    if not (math.isfinite(real(time)) and 0.5 <= time * rate <= _MAX_STEPS):
         raise OptionError(
-            f"{{option}} must be {1 / rate:g} s, a step, to {_MOST_STEPS / rate:g} s, not {time!r}", option=option
+            f"{{option}} must be {1 / rate:g} s, a step, to {_MAX_STEPS / rate:g} s, not {time!r}", option=option
         )
     return max(round(time * rate), 1)
 
@@ -440,7 +440,7 @@ def _error(
     low = high = None
     size = rms
     if has_variance:
-        wide = np.exp(_over(z * np.sqrt(np.maximum(spread, 0)), 2 * square))
+        wide = np.exp(_ratio_or_zero(z * np.sqrt(np.maximum(spread, 0)), 2 * square))
         # Undecided terms without a separate error range from all absent to all at their limits.
         smallest = _square({key: part for key, part in sources.items() if key not in additional})
         largest = _square({key: limited.get(key, part) if key in additional else part for key, part in sources.items()})
@@ -453,7 +453,7 @@ def _error(
         if undecided:
             largest = _square(observed, undecided)
             size = np.maximum(
-                size, np.sqrt(largest) * np.exp(_over(z * np.sqrt(np.maximum(observed_part, 0)), 2 * largest))
+                size, np.sqrt(largest) * np.exp(_ratio_or_zero(z * np.sqrt(np.maximum(observed_part, 0)), 2 * largest))
             )
         unobserved = [part for key, part in limited.items() if key not in sources]
         drift = np.asarray(sum(np.abs(m) for m, _ in unobserved))
@@ -476,8 +476,8 @@ def _error(
     return error, taken_as_exact if has_variance else []
 
 
-def _over(error: Floats, size: Floats) -> Floats:
-    """Relative error of a mean square; 0 if there is no noise, and so no error."""
+def _ratio_or_zero(error: Floats, size: Floats) -> Floats:
+    """Relative error of a mean square; 0 without noise, which has no error."""
     return np.divide(error, size, out=np.zeros_like(size), where=size > 0)
 
 

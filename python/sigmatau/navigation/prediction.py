@@ -34,13 +34,13 @@ _OTHER_LABELS = {
     "sinusoid": "sinusoid",
     "turn_on": "turn-on bias",
 }
-_LEAST_SHARE = 0.01
+_MIN_SHARE = 0.01
 """Smallest share that is printed."""
 
 _SAME_LIMIT = 1.005
 """Ratio of a limit to the end of the interval up to which the limit is not printed."""
 
-_LEAST_SHARES = 32
+_MIN_SHARES = 32
 """Columns that the shares need next to the other cells of a row; with fewer columns they are printed below."""
 
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
@@ -161,7 +161,7 @@ class PredictedError(Printed):
                 self.rms[k] / factor, *(None if edge is None else float(edge) / factor for edge in edges)
             ).cells
             causes = sorted(((float(share[k]), key) for key, share in self.shares.items()), reverse=True)
-            parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in causes if abs(s) >= _LEAST_SHARE]
+            parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in causes if abs(s) >= _MIN_SHARE]
             if self.mean[k]:
                 parts.append(f"mean {self.mean[k] / factor:+.3g} {unit}")
             if self.tilt_without:
@@ -334,7 +334,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
             lines.append("Flat Earth: without Schuler's feedback.")
         if self.flicker_error:
             lines.append(
-                f"Bias instability is approximated: its Allan deviation is right within {100 * self.flicker_error:.2g} %."
+                f"Bias instability is approximated: its Allan deviation is correct to {100 * self.flicker_error:.2g} %."
             )
         if any(error.low is not None for error in self.errors.values()):
             names = ", ".join(_label(*key) for key in self.as_known)
@@ -418,7 +418,7 @@ def _table(rows: list[tuple[str, ...]]) -> list[str]:
     lines = []
     for row in rows:
         line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False))
-        if WIDTH - indent >= _LEAST_SHARES:
+        if WIDTH - indent >= _MIN_SHARES:
             lines += wrapped([f"{line}  {row[-1]}".rstrip()], indent=indent)
         else:
             below = widths[0] + 2

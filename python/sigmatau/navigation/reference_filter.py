@@ -37,7 +37,7 @@ _FASTEST_PROCESS = 1e-3  # a process with a shorter correlation time is white no
 _SETTLED = 2e4  # shortest time that the filter runs before its error is computed [s]
 _TIME_CONSTANTS = 20.0  # number of time constants in which the error of the filter becomes stationary
 _FLOOR = 0.01  # smallest K, in N/horizon: it adds 1 % to the stated variance at the horizon
-_WIDEST = 1e20  # largest K, in the same unit
+_LARGEST_WALK = 1e20  # largest K, in the unit of `_FLOOR`
 _FIRST_TIME = 10.0  # shortest time at which a filter with a third state is fitted [s]
 _TOLERANCE = 1e-4  # relative error of K
 RUN = 60.0
@@ -45,7 +45,8 @@ RUN = 60.0
 of its process: an hour for 60 s. With a rate random walk alone the error after 60 s is then 7 % larger than the one stated
 after 8 h.
 """
-_WIDEST_RATIO = 1e5  # ratio of the error of a step to that of a measurement; for sensors it is 1e-4 to 10
+# largest ratio of the error of a step to that of a measurement, or its inverse; for sensors the ratio is 1e-4 to 10
+_LARGEST_RATIO = 1e5
 
 
 @frozen
@@ -284,7 +285,7 @@ def _consistent_walk(excess: Callable[[float], float], floor: float) -> Consiste
     if below <= 0:
         return ConsistentWalk(walk=floor, is_floor=True)
     low = math.log(floor)
-    return ConsistentWalk(walk=math.exp(_falling_root(excess, low, below, low + math.log(_WIDEST))))
+    return ConsistentWalk(walk=math.exp(_falling_root(excess, low, below, low + math.log(_LARGEST_WALK))))
 
 
 def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float) -> FilterModel:
@@ -363,7 +364,7 @@ class _Units:
         the deviation is set from N.
         """
         step = noise * math.sqrt(aiding.interval)
-        return cls(aiding.interval, min(max(aiding.deviation, step / _WIDEST_RATIO), step * _WIDEST_RATIO))
+        return cls(aiding.interval, min(max(aiding.deviation, step / _LARGEST_RATIO), step * _LARGEST_RATIO))
 
     def steps(self, time: float) -> int:
         return max(round(time / self.time), 1)

@@ -49,7 +49,7 @@ class Term:
     short_name : str
         Short name for narrow tables.
     times : str
-        What its unit has after the unit of the rate: ``"*sqrt(s)"``.
+        Suffix of its unit, after the unit of the rate: ``"*sqrt(s)"``.
     si_units : mapping
         SI unit of its coefficient on a gyro and an accelerometer.
     usual_units : mapping

@@ -17,8 +17,8 @@ from sigmatau.record.streams import InputKind
 from sigmatau.results import Printed, plain
 
 _DAY = 86400.0
-_MOST_LOST = 0.5
-_MOST_JITTER = 0.1  # largest jitter, over the sample interval
+_MAX_LOST = 0.5
+_MAX_JITTER = 0.1  # largest jitter, over the sample interval
 _ABSOLUTE_ZERO = -273.15  # °C
 
 
@@ -261,9 +261,9 @@ class Imperfections(Printed):
             raise OptionError(
                 f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {self.output!r}", option="output"
             )
-        if not (_is_number(self.lost) and 0 <= self.lost <= _MOST_LOST):
+        if not (_is_number(self.lost) and 0 <= self.lost <= _MAX_LOST):
             raise OptionError(
-                f"{{option}} must be the part of the rows, 0 to {_MOST_LOST}, not {self.lost!r}", option="lost"
+                f"{{option}} must be a share of the rows, 0 to {_MAX_LOST}, not {self.lost!r}", option="lost"
             )
         _not_negative("the jitter of the stamps", self.jitter)
 
@@ -308,7 +308,7 @@ class Imperfections(Printed):
                 raise OptionError(f"an outage at {outage.start:g} s begins after the end of the record, {duration:g} s")
             if outage.start <= tau0 and outage.start + outage.length >= duration - tau0:
                 raise OptionError(f"an outage of {outage.length:g} s covers the whole record of {duration:g} s")
-        if self.jitter > _MOST_JITTER * tau0:
+        if self.jitter > _MAX_JITTER * tau0:
             raise OptionError(
                 f"a jitter of {self.jitter:g} s is more than a tenth of the sample interval, {tau0:g} s; stamps would come"
                 " out of order"

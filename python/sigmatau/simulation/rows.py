@@ -16,7 +16,7 @@ from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.processes import real, sampling_rate
+from sigmatau.model.processes import check_sampling_rate, real
 from sigmatau.model.unobserved import Unobserved, check_policy, include_in_all
 from sigmatau.noise.terms import NOISE, TERMS
 from sigmatau.record.record import MIN_SAMPLES, QUANTITIES, stream_name
@@ -29,7 +29,7 @@ T = TypeVar("T")
 _MAX_N = {"exact": 1 << 30, "poles": 1 << 40}  # largest number of samples
 # random streams of the losses and the jitter, above the 32 bits of the channels' numbers
 _LOSSES, _JITTER = 1 << 32, 2 << 32
-_MOST_JITTER_SIGMAS = 4.5  # largest jitter in standard deviations
+_MAX_JITTER_SIGMAS = 4.5  # largest jitter in standard deviations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ def job(
             f"{{option}} must be an Imperfections, Imperfections(lost=0.01), not {imperfections!r:.80}",
             option="imperfections",
         )
-    sampling_rate(rate)
+    check_sampling_rate(rate)
     if not (math.isfinite(real(duration)) and duration > 0):
         raise OptionError(f"the duration must be a positive number, not {duration!r} s", option="hours")
     if flicker not in _MAX_N:
@@ -116,7 +116,7 @@ def job(
             if channel.unit not in QUANTITIES.values():
                 raise OptionError(
                     f"{name} is a signal in {channel.unit}: its log holds rates, not {imperfect.output}; leave it out of the"
-                    " model, NoiseModel.of, or take rates",
+                    " model, NoiseModel.of, or simulate rates",
                     option="input",
                 )
     return SimulationJob(model=model, n=n, rate=rate, seed=seed, imperfections=imperfect, flicker=flicker)
@@ -175,9 +175,9 @@ class Channel:
         t = self._job.times(start, start + len(rate))
         if self._warm_up is not None:
             rate += self._warm_up.at(t)
-        warmth = self._job.imperfections.temperature
-        if warmth is not None and self._sensitivity:
-            rate += self._sensitivity * (warmth.at(t) - warmth.start)
+        temperature = self._job.imperfections.temperature
+        if temperature is not None and self._sensitivity:
+            rate += self._sensitivity * (temperature.at(t) - temperature.start)
 
 
 class Stamps:
@@ -212,7 +212,7 @@ class Stamps:
         if self._jitter is not None:
             drawn = np.empty(n)
             self._jitter.fill(drawn)
-            t = t + imperfections.jitter * np.clip(drawn, -_MOST_JITTER_SIGMAS, _MOST_JITTER_SIGMAS)
+            t = t + imperfections.jitter * np.clip(drawn, -_MAX_JITTER_SIGMAS, _MAX_JITTER_SIGMAS)
         return t, present
 
 
@@ -223,9 +223,9 @@ def _channel_value(values: Mapping[str, T], channel: str, default: T) -> T:
 
 Flicker = Literal["exact", "poles"]
 
-# order of the terms, the ramp first, because a sum of floats depends on it
+# the ramp first: a sum of floats depends on the order of its terms
 _ORDER = tuple(sorted(TERMS, key=NOISE.__contains__))
-_NO_PIVOT = 1e-8  # correlations are known to fewer digits
+_NO_PIVOT = 1e-8  # remainder on the diagonal below which it counts as 0: correlations have fewer digits
 
 
 def make_noise(

@@ -24,7 +24,7 @@ from sigmatau.arrays import Floats
 _GAMMA_NODES = 30
 _HALVINGS = 28
 _LARGEST_ATANH = 12.0  # largest atanh γ: 1 − γ² = 1e-10
-_MOST_AT_ONCE = 100
+_MAX_AT_ONCE = 100
 
 
 def significance(n: ArrayLike, *, level: float = 0.95) -> Floats:
@@ -66,7 +66,7 @@ def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Float
             continue
         z = np.arctanh(np.sqrt(np.clip(measured[same], 0.0, np.tanh(_LARGEST_ATANH) ** 2)))
         # If many frequencies have the same number, the ends are interpolated on curves.
-        grid = np.linspace(z.min(), z.max(), _MOST_AT_ONCE) if len(same) > _MOST_AT_ONCE else z
+        grid = np.linspace(z.min(), z.max(), _MAX_AT_ONCE) if len(same) > _MAX_AT_ONCE else z
         ends = [_solve(np.tanh(grid) ** 2, float(pairs), p) for p in ((1 + level) / 2, (1 - level) / 2)]
         low[same], high[same] = (np.tanh(np.interp(z, grid, end) if grid is not z else end) ** 2 for end in ends)
         low[same] *= measured[same] > significance(pairs, level=(1 + level) / 2)

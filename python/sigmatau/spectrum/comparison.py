@@ -124,7 +124,7 @@ class ModelComparison(Printed):
         outside = int(((low > 1) | (high < 1)).sum())
         chance = 0.05 * len(self.ratio)
         begin = f"{self.channel}: {outside} of {len(self.ratio)} bands differ from the model's density by more"
-        begin += f" than their 95 % interval, {chance:.1f} by chance"
+        begin += f" than their 95 % interval, {chance:.1f} expected by chance"
         if self.highest is not None:
             begin += f" (up to {self.highest:.4g} Hz, as the model was fitted)"
         if self.beside_lines:

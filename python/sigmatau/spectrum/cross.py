@@ -433,7 +433,7 @@ def _welch(x: Floats, y: Floats, tau0: float, *, size: int | None, gaps: bool, w
         length //= 2
         starts = segment_starts(both, length, gaps=gaps)
     if not len(starts):
-        raise RecordTooShortError(f"{what} have no {length} samples in a row together", need=length, got=len(x))
+        raise RecordTooShortError(f"{what} have no {length} consecutive samples in common", need=length, got=len(x))
     taper = hann(length)
     ramps = [slope(z, gaps=gaps) * (np.arange(length) - (length - 1) / 2) * taper for z in (x, y)]
     size_f = length // 2 + 1

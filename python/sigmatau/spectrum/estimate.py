@@ -15,15 +15,15 @@ from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
-from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
+from sigmatau.spectrum.tapers import good_length, hann, remove_trend, sine_correlation
 
 # Welch's method uses evenly spaced segments of a record with more samples. The error of an average then depends on
 # their number, and is 0.1 % for this one.
-MOST_SAMPLES = 1 << 22
+MAX_SAMPLES = 1 << 22
 SHORTEST = 64  # Samples in the shortest segment that a spectrum is made of
 # Longest default segment. [samples] A record of 1e6 samples has 480 of them: each of the 2048 bins has an error of 4.6 %.
 _LONGEST_SEGMENT = 1 << 12
-_LEAST_SEGMENTS = 15
+_MIN_SEGMENTS = 15
 _BATCH_SAMPLES = 1 << 16  # number of samples that are transformed together, so that they stay in a core's cache
 # Sum of the squared correlations of Hann-tapered segments that overlap by half, (1/6)², twice: Welch 1967.
 _OVERLAP_CORRELATION = 2 / 36
@@ -63,7 +63,7 @@ def psd(
     Raises
     ------
     OptionError
-        For an unknown method, a segment that is longer than the record or under 8 samples, no taper.
+        For an unknown method, fewer than 1 taper, or a segment that is longer than the record or under 8 samples.
     RecordTooShortError
         If no segment, of 64 samples by default, has all its samples.
 
@@ -107,7 +107,7 @@ def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -
     length = size or default_size(n)
     while True:
         starts = segment_starts(y, length, gaps=stream.mask is not None)
-        if len(starts) >= min(_LEAST_SEGMENTS, 2 * n // length - 1) or size is not None or length < 2 * SHORTEST:
+        if len(starts) >= min(_MIN_SEGMENTS, 2 * n // length - 1) or size is not None or length < 2 * SHORTEST:
             break
         length //= 2
     if not len(starts):
@@ -144,7 +144,7 @@ def welch_grid(starts: NDArray[np.int64], length: int, tau0: float) -> tuple[Flo
 
 def default_size(n: int) -> int:
     """Samples in a segment for a record of `n`: a power of two for which 15 segments fit, overlapping by half."""
-    fits = max(2 * n // (_LEAST_SEGMENTS + 1), SHORTEST)
+    fits = max(2 * n // (_MIN_SEGMENTS + 1), SHORTEST)
     return min(1 << (fits.bit_length() - 1), _LONGEST_SEGMENT)
 
 
@@ -167,12 +167,12 @@ def segment_size(segment: float | None, stream: Stream) -> int | None:
 
 
 def segment_starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
-    """Starts of the segments: half a length apart, no sample missing, evenly thinned beyond `MOST_SAMPLES`."""
+    """Starts of the segments: half a length apart, no sample missing, evenly thinned beyond `MAX_SAMPLES`."""
     starts = np.arange(0, len(y) - length + 1, max(length // 2, 1))
     if gaps:
         missing = np.concatenate(([0], np.cumsum(np.isnan(y))))
         starts = starts[missing[starts + length] == missing[starts]]
-    limit = 2 * MOST_SAMPLES // length
+    limit = 2 * MAX_SAMPLES // length
     if len(starts) > limit:
         starts = starts[np.linspace(0, len(starts) - 1, limit).astype(np.int64)]
     return starts
@@ -274,7 +274,7 @@ def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128
     transform of twice the length, which a sine taper shifts by half-bins in both directions.
     """
     used = len(y)
-    transform = np.fft.rfft(np.concatenate(([0.0], without_line(y))), 2 * (used + 1))
+    transform = np.fft.rfft(np.concatenate(([0.0], remove_trend(y))), 2 * (used + 1))
     centres = 2 * np.arange(1, bins + 1)
     for k in range(1, tapers + 1):
         yield (_values(transform, centres - k, used) - _values(transform, centres + k, used)) / math.sqrt(

@@ -227,16 +227,16 @@ class Spectrum(Printed):
         density. It also omits frequencies that the fit of the model left out.
         """
         expected = self.expected(model)
-        lined = (expected > 0) & (self._line_density(model) > _LINE_SHARE * expected)
+        near_lines = (expected > 0) & (self._line_density(model) > _LINE_SHARE * expected)
         starts = bin_starts(self.frequency, per_octave)
-        good = (self.frequency >= self.trusted) & (expected > 0) & ~lined
+        good = (self.frequency >= self.trusted) & (expected > 0) & ~near_lines
         channel = getattr(model, "channels", {self.channel: model})[self.channel]
         highest = getattr(channel, "highest", None)
         good &= self.frequency <= (highest or np.inf)
         shown = np.logical_and.reduceat(good, starts)
         if not shown.any():
             up_to = "on" if highest is None else f"to {highest:.3g} Hz, where the model was fitted,"
-            reason = "is clear of the model's lines" if lined.any() else "is left to compare"
+            reason = "is clear of the model's lines" if near_lines.any() else "is left to compare"
             raise DataError(
                 f"{self.channel}: no band from {self.trusted:.3g} Hz {up_to} {reason}; longer segments help"
             )
@@ -258,7 +258,7 @@ class Spectrum(Printed):
             method=self.method,
             left_out=self.left_out(model),
             highest=highest if highest and highest < self.frequency[-1] else None,
-            beside_lines=tuple((float(self.frequency[a]), float(self.frequency[b - 1])) for a, b in runs(lined)),
+            beside_lines=tuple((float(self.frequency[a]), float(self.frequency[b - 1])) for a, b in runs(near_lines)),
         )
 
     def left_out(self, model: HasDensity | HasChannels) -> tuple[str, ...]:
@@ -400,7 +400,7 @@ class Spectra(ByChannel[Spectrum]):
         for channel, spectrum in self.items():
             kinds.setdefault((spectrum.quantity, spectrum.unit), []).append(channel)
         panels = make_panels(ax, len(kinds), columns=len(kinds), width=7, height=4.8)
-        biased = "too low in frequency for a density as steep as 1/f²"
+        biased = "biased if the density is as steep as 1/f²"
         for panel, ((quantity, _), channels) in zip(panels, kinds.items(), strict=True):
             for k, channel in enumerate(channels):
                 self[channel]._draw(panel, models.get(channel), None, COLOURS[k % len(COLOURS)])

@@ -58,7 +58,7 @@ def good_length(n: int) -> int:
     return best
 
 
-def without_line(y: Floats) -> Floats:
+def remove_trend(y: Floats) -> Floats:
     """Samples without their mean and slope, by least squares, which reduces leakage from low frequencies."""
     n = len(y)
     t = np.arange(n, dtype=np.float64)

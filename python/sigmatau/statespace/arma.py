@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.processes import interval
+from sigmatau.model.processes import check_sample_interval
 from sigmatau.noise.terms import refuse_without_system
 from sigmatau.results import Printed, plain
 from sigmatau.statespace.spectral_factor import RationalSpectrum
@@ -25,13 +25,13 @@ from sigmatau.statespace.state_space import check_channel_model, find_flicker_po
 Complexes = NDArray[np.complex128]
 
 # Largest relative change of the gain at zero frequency that rounded coefficients may cause, without the roots at 1
-_MOST_GAIN_CHANGE = 1e-6
+_MAX_GAIN_CHANGE = 1e-6
 
 # longest period at which the spectrum is compared with that of the model: the longest band of flicker noise [samples]
 _LONGEST_PERIOD = 1e12
 _PER_DECADE = 8  # number of frequencies per decade at which the spectrum is compared
 
-_MOST_SPECTRUM_ERROR = 1e-4
+_MAX_SPECTRUM_ERROR = 1e-4
 """Largest relative error of a spectrum, above which the process is refused. Rounding a root to double precision changes
 1 − φ by 1e-16, a relative change of 1e-4 at a correlation time of 10¹² samples; other errors are below 1e-12.
 """
@@ -152,7 +152,7 @@ class Arma(Printed):
         """Whether each pair of roots survives rounding. 1 + c₁ + c₂ = |1 − φ|² is a small difference of rounded numbers up
         to 2.
         """
-        return 4 * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * self._closest() ** 2
+        return 4 * float(np.finfo(float).eps) <= _MAX_GAIN_CHANGE * self._closest() ** 2
 
     def psd(self, f: ArrayLike) -> Floats:
         """Two-sided density of the process, without its drift.
@@ -253,7 +253,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     """
     check_channel_model(model, function="arma")
     refuse_without_system(model.terms)
-    interval("dt", dt)
+    check_sample_interval("dt", dt)
     if model.sinusoid:
         raise DataError("a sinusoid is not an ARMA process: leave it out of the model, or take its state space")
     terms = model.terms
@@ -296,16 +296,16 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     f = np.geomspace(1 / (_LONGEST_PERIOD * dt), 0.5 / dt, math.ceil(_PER_DECADE * math.log10(_LONGEST_PERIOD / 2)))
     expected = dt * spectrum.density(4 * np.sin(math.pi * f * dt) ** 2)
     error = float(np.abs(arma.psd(f) / expected - 1).max())
-    if not error <= _MOST_SPECTRUM_ERROR:
+    if not error <= _MAX_SPECTRUM_ERROR:
         raise DataError(
             f"the roots of this model's ARMA process, rounded to double precision, have a spectrum that is off by"
-            f" {error:.2g} of it (at most {_MOST_SPECTRUM_ERROR:g} is returned); take its state space"
+            f" {error:.2g} of it (at most {_MAX_SPECTRUM_ERROR:g} is returned); take its state space"
         )
     return replace(arma, error=error)
 
 
 def _gain(roots: Complexes, w: Floats) -> Floats:
-    """|Π(1 − ϑ/z)|² at w."""
+    """|Π(1 − ϑ/z)|² at w = 4 sin²(πf·dt)."""
     # With the conjugate of each complex root, the product is real and equals the squared magnitude.
     factors = (1 - roots) ** 2 + roots * w[..., None]
     return np.asarray(np.prod(factors, axis=-1).real)
@@ -320,7 +320,7 @@ def _has_coefficients(roots: Complexes) -> bool:
     """Whether the product, multiplied out in double precision, still has the roots."""
     rest = 1 - roots[roots != 1]
     size = float(np.abs(_expanded(roots)).sum())
-    return size * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * float(np.abs(np.prod(rest)))
+    return size * float(np.finfo(float).eps) <= _MAX_GAIN_CHANGE * float(np.abs(np.prod(rest)))
 
 
 def _coefficients(name: str, roots: Complexes) -> Floats:

@@ -34,7 +34,7 @@ from sigmatau.noise.terms import NOISE
 
 # sine of the phase step per sample below which the samples of a sinusoid are constant or alternate
 _SMALLEST_SINE = 1e-9
-_MOST_PHASE_SHARE = 0.1
+_MAX_PHASE_SHARE = 0.1
 """Largest error of a variance over its standard error. The change x of the variance by the phase of a sinusoid is
 treated to first order; the next order, x²/2, is neglected.
 """
@@ -43,8 +43,8 @@ treated to first order; the next order, x²/2, is neglected.
 def covariance_of_model(
     model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float, together: NDArray[np.bool_] | None = None
 ) -> Floats:
-    """Covariance of the Allan variances if the model is true; shape (n_tau, n_tau). Without `together`, only the
-    variances.
+    """Covariance of the Allan variances if the model is true; shape (n_tau, n_tau). `together`: sizes whose mutual
+    covariances include filtered noise and resonances. Default: all.
     """
     times = [process.time for process in model.gauss_markov]
     noise, ramp = kernels.covariance_tensors(n, m, tau0, correlation_times=times)
@@ -56,9 +56,9 @@ def covariance_of_model(
     total = np.einsum("p,q,pqij->ij", theta, theta, noise)
     total += model.terms.get("rate_ramp", 0.0) ** 2 * np.einsum("p,pij->ij", theta, ramp)
     if model.bandwidth is not None or model.resonance:
-        both = np.ones(len(m), dtype=np.bool_) if together is None else together
+        marked = np.ones(len(m), dtype=np.bool_) if together is None else together
         noise_ = replace(model, sinusoid=(), intervals={}, limits={}, covariance=Covariance())
-        total += _damped(_Same(noise_), n, tuple(m.tolist()), tau0, tuple(both.tolist()))
+        total += _damped(_CacheKey(noise_), n, tuple(m.tolist()), tau0, tuple(marked.tolist()))
     if model.sinusoid:
         quiet = replace(model, sinusoid=())
         for line, column, phase in _lines(model, n=n, m=m, tau0=tau0):
@@ -70,7 +70,7 @@ def covariance_of_model(
 
 
 @dataclass(frozen=True)
-class _Same:
+class _CacheKey:
     """A key for the cache: models with the same noise are equal."""
 
     model: ChannelModel = field(compare=False)
@@ -83,7 +83,7 @@ class _Same:
 
 
 @functools.lru_cache(maxsize=8)
-def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tuple[bool, ...]) -> Floats:
+def _damped(same: _CacheKey, n: int, m: tuple[int, ...], tau0: float, together: tuple[bool, ...]) -> Floats:
     """Contribution of filtered white noise and resonances; cached, because it is the same for all records of one length."""
     model, filtered = same.model, same.model.bandwidth is not None
     terms = {
@@ -95,7 +95,9 @@ def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tupl
     for part in sorted(replace(model, gauss_markov=()).damped(tau0), key=lambda part: part.fastest):
 
         def rest(lags: Floats, processes: tuple[Damped, ...] = tuple(covariances_damped)) -> Floats:
-            phases = [covariances.phase_of_term(term, value, lags, tau0) for term, value in terms.items()]
+            phases = [
+                covariances.phase_autocovariance_of_term(term, value, lags, tau0) for term, value in terms.items()
+            ]
             return np.asarray(
                 sum([*phases, *(process.phase(lags, tau0) for process in processes)], np.zeros(lags.shape))
             )
@@ -144,7 +146,7 @@ def check_phases(model: ChannelModel, curve: DeviationCurve, m: NDArray[np.int64
         noise = np.sqrt(np.maximum(variance / expected**2 - moved**2 / 2, 0.0))
         # V includes the shares to first order; the error is half of their square.
         wrong = np.divide(moved**2 / 2, noise, out=np.full(len(m), np.inf), where=noise > 0)
-        if wrong[moved != 0].max(initial=0.0) > _MOST_PHASE_SHARE:
+        if wrong[moved != 0].max(initial=0.0) > _MAX_PHASE_SHARE:
             turns = _folded(line.frequency, curve.tau0) * curve.n * curve.tau0
             raise DataError(
                 f"the model of {curve.channel} has a sinusoid at {line.frequency:.4g} Hz, of {turns:.3g} turns in the"

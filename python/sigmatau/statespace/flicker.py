@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
-from sigmatau.model.processes import interval, real
+from sigmatau.model.processes import check_sample_interval, real
 from sigmatau.results import Printed
 
 LONGEST_BAND = 1e12  # The longest averaging time over the shortest
@@ -58,7 +58,7 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
     `dt` is the sample interval and shortest averaging time [s], `tau_max` the longest averaging time [s], and `error` the
     largest relative error of the Allan deviation, at least 0.0001.
     """
-    interval("dt", dt)
+    check_sample_interval("dt", dt)
     if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):
         raise OptionError(f"{{option}} must be {dt:g} s to {LONGEST_BAND * dt:g} s, not {tau_max!r}", option="tau_max")
     if not 1e-4 <= real(error) < 1:

@@ -31,7 +31,7 @@ _NEGLIGIBLE = 1e-14  # correlation of neighbouring samples below which a process
 _STEPS = 60  # largest number of steps of Aberth's iteration, where each step doubles the digits
 _CONVERGED = 1e-15  # relative change of a zero at which the iteration ends [1]
 _REAL = 1e-6  # largest imaginary part of a real root, over its size [1]
-_LEAST_SHARE = 1e-9
+_MIN_SHARE = 1e-9
 """Smallest ratio of the sum of a spectrum's terms to the largest term; below it, rounding exceeds 1e-7 of the sum."""
 
 
@@ -105,7 +105,7 @@ class RationalSpectrum:
             [np.full(w.shape, self.constant), self.slope * w, (self.weights / (w[:, None] - self.poles)).real]
         )
         total = terms.sum(axis=1)
-        if (total <= _LEAST_SHARE * np.abs(terms).max(axis=1)).any():
+        if (total <= _MIN_SHARE * np.abs(terms).max(axis=1)).any():
             raise DataError(
                 "the spectrum of this model falls too far below its peak for a moving average in double precision; take its"
                 " state space, or a longer sample interval"

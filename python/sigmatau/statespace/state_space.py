@@ -29,7 +29,7 @@ from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.processes import LowPass, Resonance, interval, real
+from sigmatau.model.processes import LowPass, Resonance, check_sample_interval, real
 from sigmatau.model.unobserved import Unobserved, find_unobserved, include_unobserved, unobserved_text
 from sigmatau.noise.terms import refuse_without_system
 from sigmatau.results import Printed, plain
@@ -271,7 +271,7 @@ def state_space(
     refuse_without_system(model.terms)
     not_observed = find_unobserved(model)
     model = include_unobserved(model, unobserved)
-    interval("dt", dt)
+    check_sample_interval("dt", dt)
     if output not in ("rate", "increments", "integrated"):
         raise OptionError(f"{{option}} must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
     if not (math.isfinite(real(turn_on)) and turn_on >= 0):
@@ -411,11 +411,11 @@ class _System:
         a = np.zeros((order, order))
         a[:-1, 1:] = np.eye(order - 1)
         a[-1] = -denominator[:0:-1]
-        driven = np.zeros((order, order))
-        driven[-1, -1] = n**2 * corner
-        p0 = np.asarray(solve_continuous_lyapunov(a, -driven), dtype=np.float64)
+        density = np.zeros((order, order))
+        density[-1, -1] = n**2 * corner
+        p0 = np.asarray(solve_continuous_lyapunov(a, -density), dtype=np.float64)
         slowest = math.sin(math.pi / (2 * order))
-        self._sampled("filter_{}", "random_walk_{}", a, driven, p0, time=corner * self.dt, slowest=slowest)
+        self._sampled("filter_{}", "random_walk_{}", a, density, p0, time=corner * self.dt, slowest=slowest)
 
     def resonance(self, number: int, process: Resonance) -> None:
         """Add a damped oscillator, its velocity first; scaled by its frequency so that both states have the same
@@ -423,16 +423,16 @@ class _System:
         """
         loss = 2 * process.width / process.frequency
         a = np.array([[-loss, -1.0], [1.0, 0.0]])
-        driven = np.diag([2 * loss * process.sigma**2, 0.0])
+        density = np.diag([2 * loss * process.sigma**2, 0.0])
         time = 2 * math.pi * process.frequency * self.dt
         name = f"resonance_{number}"
         p0 = np.diag([process.sigma**2, process.sigma**2])
-        self._sampled(f"{name}_{{}}", f"{name}_{{}}", a, driven, p0, time=time, slowest=loss / 2)
+        self._sampled(f"{name}_{{}}", f"{name}_{{}}", a, density, p0, time=time, slowest=loss / 2)
 
     def _sampled(
-        self, state: str, noise: str, a: Floats, driven: Floats, p0: Floats, *, time: float, slowest: float
+        self, state: str, noise: str, a: Floats, density: Floats, p0: Floats, *, time: float, slowest: float
     ) -> None:
-        """Add ẋ = a·x + white noise of density `driven` at sample times with the interval `time`; its first state is
+        """Add ẋ = a·x + white noise of this density at sample times with the interval `time`; its first state is
         measured. `slowest` is the smallest decay rate of a pole.
         """
         order = len(a)
@@ -440,7 +440,7 @@ class _System:
             # beyond the memory of the slowest pole, products of this size lose digits
             f, q = np.zeros((order, order)), p0
         else:
-            step = RepeatedStep.of_continuous(a, driven, time)
+            step = RepeatedStep.of_continuous(a, density, time)
             f, q = step.transition, step.noise
         numbers = range(1, order + 1)
         self._add(

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from sigmatau.plot.style import Panels
 
 
-_MOST_TIMES = 64  # largest number of averaging times compared; longer grids are thinned evenly on a logarithmic axis
-_LEAST_CLUSTERS = 3
+_MAX_TIMES = 64  # largest number of averaging times compared; longer grids are thinned evenly on a logarithmic axis
+_MIN_CLUSTERS = 3
 """Smallest number of clusters per record for the misfit; with fewer, a variance has about one degree of freedom."""
 
 
@@ -331,10 +331,10 @@ def _verify_channel(
     is_fitted = tau_min is None
     tau_min = model.tau_min if tau_min is None else tau_min
     sizes = curve.m[2 * curve.m <= curve.n]
-    if len(sizes) > _MOST_TIMES:
-        sizes = sizes[np.unique(np.round(np.geomspace(1, len(sizes), _MOST_TIMES)).astype(int)) - 1]
+    if len(sizes) > _MAX_TIMES:
+        sizes = sizes[np.unique(np.round(np.geomspace(1, len(sizes), _MAX_TIMES)).astype(int)) - 1]
     octaves = _octaves(
-        [int(m) for m in sizes if m * curve.tau0 >= tau_min * (1 - 1e-9) and _LEAST_CLUSTERS * m <= curve.n]
+        [int(m) for m in sizes if m * curve.tau0 >= tau_min * (1 - 1e-9) and _MIN_CLUSTERS * m <= curve.n]
     )
     if len(octaves) < 2:
         raise OptionError(

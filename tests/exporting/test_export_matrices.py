@@ -173,7 +173,7 @@ def test_state_space_refuses():
             export(MODEL, to="state-space", choices=Choices(step=DT, names=names))
     with pytest.raises(OptionError, match="step of the filter"):
         export(MODEL, to="state-space")
-    with pytest.raises(OptionError, match="no walk has to approximate it"):
+    with pytest.raises(OptionError, match="so no walk approximates it"):
         export(
             NoiseModel(channels={"gyro_x": {"bias_instability": 1e-5}}),
             to="state-space",

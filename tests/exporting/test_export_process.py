@@ -7,7 +7,7 @@ import pytest
 
 from sigmatau import OptionError
 from sigmatau.exporting.choices import Choices
-from sigmatau.exporting.gauss_markov import PEAK_TIME, SIGMA_OF_FLICKER, bottom, process
+from sigmatau.exporting.gauss_markov import PEAK_TIME, SIGMA_OF_FLICKER, minimum_time, process
 from sigmatau.exporting.values import Numbers
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
@@ -55,7 +55,7 @@ def test_bottom_is_the_least_of_the_curve(q, n, k, r):
     model = ChannelModel(
         terms={"quantization": q, "random_walk": n, "rate_random_walk": k, "rate_ramp": r, "bias_instability": B}
     )
-    found = bottom(model)
+    found = minimum_time(model)
 
     def curve(tau):
         return 3 * (q / tau) ** 2 + n**2 / tau + k**2 * tau / 3 + (r * tau) ** 2 / 2

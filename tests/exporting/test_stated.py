@@ -202,7 +202,7 @@ def test_the_command(records, tmp_path, capsys):
     assert json.loads((tmp_path / "t.json").read_text())["causes"][0]["cause"] == "white vibration"
     for wrong, words in (
         ([files[1]], "--rest rest.json"),
-        (["--rest", *files, "--noise", "gyro=1"], "--noise is of innovations"),
+        (["--rest", *files, "--noise", "gyro=1"], "--noise applies to innovations"),
         (["--rest", files[0], str(tmp_path / "running.csv")], "running.csv --at-rest --json running.json"),
     ):
         assert main(["tune", *wrong]) == 2
@@ -212,7 +212,7 @@ def test_the_command(records, tmp_path, capsys):
     assert main(["export", "--inflate", *files, "--to", "ieee952"]) == 0
     out, err = capsys.readouterr()
     assert "swapped" not in err
-    assert "inflated: the sensor of rest.json beside motors" in out
+    assert "inflated: the sensor of rest.json with running motors" in out
     assert "gyro_x over the record at rest: random walk x 3" in out
 
 

@@ -140,7 +140,7 @@ def test_one_factor_on_all_noises_is_a_unit():
     degrees = st.Innovations(time=series.time, innovation=np.degrees(series.innovation), variance=series.variance)
     result = st.tune(degrees, filters=filter_)["innovation"]
     assert result.common_factor == pytest.approx(math.degrees(1), rel=0.05)
-    assert "57.3 is degrees beside radians" in result.statements()[0]
+    assert "57.3 is degrees instead of radians" in result.statements()[0]
     for factor in (1e6, math.degrees(1) ** 2):  # S, whose filter is not that of N and K
         scaled = st.Innovations(time=series.time, innovation=series.innovation, variance=factor * series.variance)
         result = st.tune(scaled, filters=filter_)["innovation"]
@@ -307,8 +307,8 @@ def test_bad_innovations(changed, error, words):
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"variance": np.geomspace(10, 1, 200)}, "S falls from 8.91 to 1.12, so that the filter converges"),
-        ({"variance": np.tile([1.0, 2.0], 100)}, "S takes turns between 1 and 2"),
+        ({"variance": np.geomspace(10, 1, 200)}, "S falls from 8.91 to 1.12: the filter still converges"),
+        ({"variance": np.tile([1.0, 2.0], 100)}, "S alternates between 1 and 2"),
     ],
 )
 def test_a_filter_that_converges_or_two_sensors(changed, words):
@@ -391,7 +391,7 @@ def test_motion_is_not_claimed_where_it_cannot_be_seen():
     true, _ = moving("still")
     noise = series.rate - true.rate
     weak = 0.02 * true.rate
-    for rate, words in ((weak, "does not show a scale error below"), (noise, "Turn to"), (0 * noise, "Turn to")):
+    for rate, words in ((weak, "does not show a scale error below"), (noise, "Turn the sensor"), (0 * noise, "Turn the sensor")):
         changed = st.Innovations(time=series.time, innovation=series.innovation, variance=series.variance, rate=rate)
         result = st.tune(changed, filters=filter_)["innovation"]
         assert (result.verdict, [effect.has_error for effect in result.motion]) == ("consistent", [False, False])

@@ -191,7 +191,7 @@ class TestWalk:
         """The least K: N alone states the error, and the file says that K makes it larger."""
         value, text = self.walk(self.model(), unobserved="absent")
         assert value == pytest.approx(0.01 * 1e-4 / 60, rel=1e-12)
-        assert "the least K in use" in text
+        assert "the smallest K used" in text
 
     def test_the_walk_of_the_model(self):
         value, text = self.walk(self.model(observed="xyz"), walk={"gyro": "observed"})

@@ -63,7 +63,7 @@ class Unplaced:
 
 
 def not_of_a_log(rate: float) -> OptionError:
-    """Build the error for the sampling rate of a log where only the rate of the filter can be given."""
+    """Build the error for a sampling rate of a log, given where only the rate of the filter applies."""
     return OptionError(
         f"{{option}} is the sampling rate of a log; the rate of the filter is {Hint('filter_rate', value=rate)}",
         option="rate",
@@ -113,10 +113,10 @@ class Choices:
             kind="mapping of str to (str or float)",
             example="gyro=upper-limit",
             python='By sensor, ``"gyro"`` and ``"accel"``. ``"consistent"``: a filter with this value states its error'
-            ' after `horizon` right, whatever the slow noise of the model is. ``"horizon"`` matches the Allan variance of'
+            ' after `horizon` correctly, for any slow noise of the model. ``"horizon"`` matches the Allan variance of'
             ' the model at `horizon`. ``"observed"`` is the walk of the model. ``"upper-limit"``, a number in SI, or a text'
             ' with a unit, ``"1e-6 rad/s^2/sqrt(Hz)"``, is for axes without an observed walk.',
-            typed=f"Values: gyro=consistent, with which a filter states its error after {Hint('horizon')} right;"
+            typed=f"Values: gyro=consistent, with which a filter states its error after {Hint('horizon')} correctly;"
             " gyro=horizon, which matches the Allan variance of the model there; gyro=observed, the walk of the model; for"
             ' axes without an observed walk gyro=upper-limit or gyro="1e-6 rad/s/sqrt(s)".',
         ),
@@ -151,7 +151,7 @@ class Choices:
         default="horizon",
         metadata=option(
             "Export",
-            "Which error a filter with N and K states right: that after the horizon, or that of its bias.",
+            "Which error a filter with N and K states correctly: that after the horizon, or that of its bias.",
             choices=get_args(Criterion),
         ),
     )

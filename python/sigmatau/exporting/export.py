@@ -104,7 +104,7 @@ def export(
     return prepared.content
 
 
-_SAME_RATE = 1e-3  # largest relative difference of equal rates
+_SAME_RATE = 1e-3  # largest relative difference of rates that count as equal
 # Extensions of binary formats.
 _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
 

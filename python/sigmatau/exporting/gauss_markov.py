@@ -42,10 +42,8 @@ low.
 """
 
 
-_HALF_DECADE = math.sqrt(10)  # distance in averaging time at which comments state the error of a process [decades]
-_MOST_SLOW_NOISE = (
-    1.1  # largest ratio of the Allan deviation of all slow noise to that of the process; more is reported
-)
+_HALF_DECADE = math.sqrt(10)  # ratio of averaging times at which comments state the error of a process
+_MAX_SLOW_NOISE = 1.1  # largest ratio of the Allan deviation of all slow noise to that of the process; more is reported
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,9 +125,9 @@ def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
     tau, rate = written.match, numbers.known_rate()
     slow = {name: slow_avar(model, tau=tau, rate=rate) for name, model in numbers.channels(sensor).items()}
     strongest = max(slow, key=lambda name: slow[name])
-    has = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[strongest]
-    ratio = numbers.factor("rate_random_walk", sensor) * math.sqrt(has) / written.approximated(tau)
-    if ratio <= _MOST_SLOW_NOISE:
+    slow_variance = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[strongest]
+    ratio = numbers.factor("rate_random_walk", sensor) * math.sqrt(slow_variance) / written.approximated(tau)
+    if ratio <= _MAX_SLOW_NOISE:
         return written
     channels = tuple(slow) if numbers.choices.axes == "mean" else (strongest,)
     details = SlowNoiseLeftOut(sensor=sensor, ratio=ratio, tau=tau)
@@ -191,7 +189,7 @@ OWN_PROCESSES = Unused(
 )
 
 
-def bottom(model: Mapping[str, float]) -> float | None:
+def minimum_time(model: Mapping[str, float]) -> float | None:
     """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s] 3Q²/τ²
     + N²/τ falls and K²τ/3 + R²τ²/2 rises with τ, so the derivative has one positive root.
     """
@@ -215,7 +213,7 @@ def _channel_process(numbers: Numbers, sensor: str, name: str) -> Process:
         origin = f"{name}: {_gauss_markov_text(model, strongest)}"
         if len(model.gauss_markov) > 1:
             origin += f", the largest of {len(model.gauss_markov)}"
-        omitted = _left_out(model, *SLOW)
+        omitted = _omitted_text(model, *SLOW)
         return Process(
             sigma=factor * strongest.sigma,
             time=strongest.time,
@@ -235,7 +233,7 @@ def _channel_process(numbers: Numbers, sensor: str, name: str) -> Process:
                 f" {Hint('horizon', value=10)} or the time over which the filter relies on the bias",
                 option="horizon",
             )
-        omitted = _left_out(model, *(term for term in SLOW if term != "bias_instability"))
+        omitted = _omitted_text(model, *(term for term in SLOW if term != "bias_instability"))
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
@@ -282,12 +280,12 @@ def find_exact_time(numbers: Numbers, name: str) -> tuple[float | None, str]:
     model = numbers.model.channels[name]
     if numbers.choices.horizon:
         return numbers.choices.horizon, "the horizon"
-    if (time := bottom(model)) is not None:
+    if (time := minimum_time(model)) is not None:
         return time, "the minimum of the curve"
     if numbers.choices.strict:
         return None, ""
     limits = {term: limit for term, limit in model.limits.items() if term == "rate_random_walk"}
-    time = bottom({**model.terms, **limits})
+    time = minimum_time({**model.terms, **limits})
     return time, "the minimum of the curve with its largest rate random walk"
 
 
@@ -321,7 +319,7 @@ def replaced_noise(numbers: Numbers) -> list[str]:
 
 
 def omitted_by_process(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
-    """Build remarks on noise without a field in a format with N and a Gauss-Markov bias, except for slow noise."""
+    """Build remarks on noise, except slow noise, that a format with N and a Gauss-Markov bias has no field for."""
     return [
         sentence
         for sensor in KINDS
@@ -361,7 +359,7 @@ def _value_text(model: ChannelModel, value: float, size: float) -> str:
     return round_to_error(value, *(end / size for end in model.intervals["bias_instability"])).text
 
 
-def _left_out(model: ChannelModel, *terms: str) -> str:
+def _omitted_text(model: ChannelModel, *terms: str) -> str:
     omitted = _values(model, *terms) + _resonances(model)
     return f"; no field here for its {' and '.join(omitted)}" if omitted else ""
 

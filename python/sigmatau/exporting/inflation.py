@@ -247,7 +247,7 @@ def inflated(running: Source, rest: Source, *, name: str) -> tuple[Source, str]:
     `name`: the name of the result at rest.
     """
     factors = inflation(rest, running)
-    head = (*running.head, f"inflated: the sensor of {name} beside motors", *factors.head())
+    head = (*running.head, f"inflated: the sensor of {name} with running motors", *factors.head())
     return replace(running, head=head), factors.doubt()
 
 

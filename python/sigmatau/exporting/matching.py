@@ -18,10 +18,10 @@ def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) ->
     their Allan variance σ²(T). Random walk, quantization and sinusoids are excluded: the Allan variance of a sinusoid at
     T depends on its phase there, and the bias state of a filter does not follow it.
 
-    `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
-    horizon is not rounded [Hz]; the result is in rad/s²/√Hz or m/s³/√Hz.
+    `horizon`: averaging time; rounded to whole samples, see `round_to_samples` [s]; `rate`: sampling rate; without one
+    the horizon is not rounded [Hz]; the result is in rad/s²/√Hz or m/s³/√Hz.
     """
-    return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / sampled(horizon, rate))
+    return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / round_to_samples(horizon, rate))
 
 
 def slow_avar(model: ChannelModel, *, tau: float, rate: float | None) -> float:
@@ -31,7 +31,7 @@ def slow_avar(model: ChannelModel, *, tau: float, rate: float | None) -> float:
     return sum(float(parts[term][0]) for term in _SLOW if term in parts)
 
 
-def sampled(horizon: float, rate: float | None) -> float:
+def round_to_samples(horizon: float, rate: float | None) -> float:
     """Averaging time that is matched: the horizon rounded to whole samples, at least one. [s]"""
     m, tau0 = _samples(horizon, rate)
     return m * tau0

@@ -65,7 +65,7 @@ def prepare_stated(
         horizon_option = Hint("horizon")
         reasons.append(
             f"Rate random walk of the {kind}: not stated; with the Allan variance at {seconds(horizon)} s ({horizon_option})"
-            " of the random walk, as no bias instability is stated"
+            " of the random walk, because no bias instability is stated"
         )
     source = replace(Source.of_model(model), head=tuple(reasons))
     # The horizon of a consistent walk has a separate default.

@@ -15,7 +15,7 @@ from sigmatau.digits import limit_text, round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices
 from sigmatau.exporting.consistent import HORIZON, AssumedNoise, assume_noise, consistent_walk
-from sigmatau.exporting.matching import matching_walk, sampled
+from sigmatau.exporting.matching import matching_walk, round_to_samples
 from sigmatau.exporting.rates import filter_rate, known_filter_rate
 from sigmatau.exporting.source import Source
 from sigmatau.exporting.text import digits, measured, number
@@ -31,7 +31,7 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import duration_text, seconds
 
 _CHOICES = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
-_SAME_TIME = 1e-3  # largest relative difference of a time that is not visible in print
+_SAME_TIME = 1e-3  # largest relative difference of two times that are printed alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,7 +231,7 @@ class Numbers:
         if term == "rate_random_walk" and self._is_consistent(sensor):
             return self._consistent_number(channel)
         if wanted == "horizon":
-            asked, time = self._horizon(), sampled(self._horizon(), self.known_rate())
+            asked, time = self._horizon(), round_to_samples(self._horizon(), self.known_rate())
             time_words = f"{seconds(time)} s"
             if abs(time - asked) > _SAME_TIME * asked:
                 time_words += f", whole samples instead of {seconds(asked)} s"
@@ -240,7 +240,7 @@ class Numbers:
             )
             if model.sinusoid:
                 words += ", without its sinusoids"
-            return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
+            return _number(self._walk_at_horizon(channel), words + self.doubt(channel), factor)
         unasked = wanted is None and self._limit(channel, term) is not None
         if term in model.terms and not unasked:
             not_used = (
@@ -302,14 +302,17 @@ class Numbers:
         if chosen.walk == model.terms.get("rate_random_walk"):
             words = self._words(channel, "rate_random_walk")
         elif chosen.is_floor:
-            words = f"{channel}: the least K in use, 0.01*N/horizon: N alone states {self._right_error}{self.doubt(channel)}"
+            words = f"{channel}: the smallest K used, 0.01*N/horizon: N alone states {self._correct_error}"
+            words += self.doubt(channel)
         else:
-            words = f"{channel}: consistent, a filter with it states {self._right_error} right{self.doubt(channel)}"
+            words = (
+                f"{channel}: consistent: a filter with it states {self._correct_error} correctly{self.doubt(channel)}"
+            )
         self._consistent[channel] = _number(chosen.walk, words, self.factor("rate_random_walk", sensor))
         return self._consistent[channel]
 
     @cached_property
-    def _right_error(self) -> str:
+    def _correct_error(self) -> str:
         """Words for the error that a filter with the consistent walk states correctly."""
         if self.choices.consistent == "bias":
             return "its bias"
@@ -355,7 +358,7 @@ class Numbers:
         assert self.choices.horizon is not None  # ensured by Choices
         return self.choices.horizon
 
-    def _at_horizon(self, channel: str) -> float:
+    def _walk_at_horizon(self, channel: str) -> float:
         """K that approximates the slow noise of one channel."""
         walk = matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
         if not walk > 0:

@@ -36,7 +36,7 @@ _UNITS = {
 _NO_INTERVAL, _UNKNOWN, _NOT_IN_MODEL = "no interval", "unknown", "not in the model"
 
 _FOOT = {
-    _NO_INTERVAL: "No interval: the value is from a model file, from another program, or of an axis that no model fits.",
+    _NO_INTERVAL: "No interval: the value is from a model file, from another program, or from an axis without a model.",
     _UNKNOWN: "Unknown: the fit excludes the averaging times that would show the term, or no model fits.",
     _NOT_IN_MODEL: "Not in the model: a model file does not show whether the term was searched.",
 }

@@ -98,9 +98,9 @@ def _consistent(numbers: Numbers, sensor: str, time: float) -> Process:
     times = "" if factor == 1 else f", times {factor:g}"
     doubts = next(filter(None, map(numbers.doubt, slow)), "")
     states = f"its error after {duration_text(horizon)}"
-    words = f"consistent, a filter with it states {states} right"
+    words = f"consistent: a filter with it states {states} correctly"
     if chosen[worst].is_floor:
-        words = f"the least in use, N alone states {states}"
+        words = f"the smallest σ used here; N alone states {states}"
     origin = f"{axis}: {words}{times}{doubts}"
     return Process(sigma=sigma, time=time, origin=origin, fit="", place="the horizon")
 
@@ -136,7 +136,7 @@ def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
 
 
 def _initial_lines(numbers: Numbers) -> list[str]:
-    """Further keys for the initial biases, if the model has turn-on biases; otherwise KF-GINS uses gbstd and abstd."""
+    """Keys for the initial biases if the model has turn-on biases; without them KF-GINS uses gbstd and abstd."""
     lines = []
     for key, sensor, unit in (("initbgstd", "gyro", "deg/h"), ("initbastd", "accel", "mGal")):
         axes = turn_on_axes(numbers, sensor)

@@ -23,7 +23,7 @@ from sigmatau.hints import Hint
 from sigmatau.noise.terms import SLOW, display_units
 from sigmatau.results import seconds
 
-_MOST_POLES = 100_000  # 10 s of multiplications (1e9/s) for each axis and minute at 100 Hz
+_MAX_POLES = 100_000  # a minute at 100 Hz then takes 10 s per axis, at 1e9 multiplications per second
 
 _SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))
 
@@ -74,7 +74,7 @@ def _bias(numbers: Numbers, sensor: str, unit: str) -> list[str]:
         kinds = {"Gauss-Markov bias": "gauss_markov", "resonances": "resonance"}
         omitted = [text for text, kind in kinds.items() if any(getattr(model, kind) for model in channels.values())]
         omitted_words = f"; no field for the {' and '.join(omitted)} of the model" if omitted else ""
-        return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'bias_instability')}{omitted_words}"]
+        return [f"% {key} stays 0: not observed{_limit_remark(numbers, sensor, 'bias_instability')}{omitted_words}"]
     values = by_axis(numbers, sensor, lambda axis: _combine_bias(axis, sensor))
     poles, time = _poles(numbers, sensor)
     return [
@@ -101,11 +101,11 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
             option="filter_rate" if time is not None else "horizon",
         )
     poles = max(math.ceil(time * rate - 1e-9), 1)
-    if poles > _MOST_POLES:
+    if poles > _MAX_POLES:
         raise OptionError(
             f"{sensor}: bias instability up to {seconds(time)} s at {rate:g} Hz needs a filter of {poles} poles, more than"
-            f" {_MOST_POLES}, which is too slow: give"
-            f" {Hint('horizon', value=two_digits(_MOST_POLES / rate / 1.1))} or less, or"
+            f" {_MAX_POLES}, which is too slow: give"
+            f" {Hint('horizon', value=two_digits(_MAX_POLES / rate / 1.1))} or less, or"
             f" {Hint('walk', sensor, 'horizon')} to approximate it by a random walk",
             option="horizon",
         )
@@ -136,7 +136,7 @@ def _combine_bias(numbers: Numbers, sensor: str) -> Number:
 def _walk(numbers: Numbers, sensor: str, unit: str) -> list[str]:
     key = f"{sensor}.RandomWalk"
     if not _has_walk(numbers, sensor):
-        return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'rate_random_walk')}"]
+        return [f"% {key} stays 0: not observed{_limit_remark(numbers, sensor, 'rate_random_walk')}"]
     return [_row(key, by_axis(numbers, sensor, lambda axis: _combine_walk(axis, sensor)), f"({unit})*sqrt(Hz), K")]
 
 
@@ -153,7 +153,7 @@ def _combine_walk(numbers: Numbers, sensor: str) -> Number:
     return numbers.walk(sensor)
 
 
-def _below(numbers: Numbers, sensor: str, term: str) -> str:
+def _limit_remark(numbers: Numbers, sensor: str, term: str) -> str:
     limits = [model.limits[term] for model in numbers.channels(sensor).values() if term in model.limits]
     if len(limits) < len(numbers.channels(sensor)):
         return ""

@@ -31,7 +31,7 @@ _FIELDS = (
 )
 _ABSENT = [-1.0, *[0.0] * 8]
 _INDEPENDENT = "assumes independent samples"
-_SAME_RATE = 1e-3  # largest relative difference of equal rates
+_SAME_RATE = 1e-3  # largest relative difference of rates that count as equal
 _INDEPENDENT_RATIO = 1.2  # largest ratio of the variance to N²·rate, or its inverse, for independent samples
 
 

@@ -33,7 +33,7 @@ from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
 MATRICES = ("F", "G", "H", "Qd", "R", "P0")
 
-_MAT_TEXT = 116  # length of the text at the beginning of a .mat, fixed by its format [bytes]
+_MAT_TEXT = 116  # length of the header text of a .mat file, fixed by the format [bytes]
 _ABOUT = "x' = F x + G w, cov w = Qd; y = H x + v, var v = R; cov x0 = P0; every dt_s seconds"
 
 
@@ -106,7 +106,7 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
 
 
 def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
-    """Note that coefficients of a system are from a fit that is not adequate, or that a walk has another explanation."""
+    """Notes by system: its coefficients are from a fit that is not adequate, or another model explains its walk."""
     doubts = {name: doubt_text(numbers.model.channels[name]) for name in channels}
     notes = [f"{name}: {doubt}" for name, doubt in doubts.items() if doubt]
     alike = {name: numbers.model.channels[name].alike_from for name in channels}
@@ -160,7 +160,7 @@ def _chosen_terms(numbers: Numbers, name: str) -> dict[str, float]:
     if sensor in choices.walk and "rate_random_walk" not in model:
         if choices.walk[sensor] == "horizon":
             raise OptionError(
-                f"a state space contains the flicker noise, no walk has to approximate it: omit"
+                f"a state space contains the flicker noise itself, so no walk approximates it: omit"
                 f" {Hint('walk')}, or give upper-limit"
                 " or a value",
                 option="rate_random_walk",
@@ -234,7 +234,7 @@ def _term(name: str) -> str:
 
 
 def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any]:
-    """Combine all channels in one system, with the covariance of correlated noise. A term has the same dynamics in two
+    """Combine all channels in one system, with the covariance of correlated noise. A term has the same dynamics in all
     channels with the same step, so that the cross-covariance is ρ·(c_b/c_a) times the covariance of the first.
     """
     names = list(systems)

@@ -19,10 +19,10 @@ WHITE = "white"
 SLOW = "slow"
 
 AGREEMENT = 1.1
-"""Ratio of the stated S to that of the matrices above which they belong to different filters."""
+"""Ratio of the stated S to the S of the matrices above which they belong to different filters."""
 
-_LEAST_SHARE = 1e-9  # smallest share of R in S that is visible in the innovations
-_BISECTIONS = 60  # bisections of the share of R in S, to 1e-15 of its decades
+_MIN_SHARE = 1e-9  # smallest share of R in S that is visible in the innovations
+_BISECTIONS = 60  # bisections of the logarithm of the share of R in S
 
 
 @frozen(eq=False)
@@ -259,13 +259,13 @@ class BiasFilter:
 
         if self.deviation is not None:
             return made(self.deviation**2 / stated).matrices(interval=interval, stated=1.0)
-        if white + slow / 3 >= 1 or made(_LEAST_SHARE).innovation_variance >= 1:
+        if white + slow / 3 >= 1 or made(_MIN_SHARE).innovation_variance >= 1:
             raise OptionError(
                 f"N = {self.noise:.3g} and K = {self.walk:.3g} in SI make a larger S than the stated {stated:.3g}."
                 " Check their units, and those of the innovations and the time",
                 option="noise",
             )
-        low, high = math.log(_LEAST_SHARE), 0.0
+        low, high = math.log(_MIN_SHARE), 0.0
         for _ in range(_BISECTIONS):
             middle = (low + high) / 2
             low, high = (middle, high) if made(math.exp(middle)).innovation_variance < 1 else (low, middle)

@@ -10,7 +10,7 @@ from sigmatau.arrays import Bools, Floats, freeze
 from sigmatau.errors import DataError, RecordTooShortError
 from sigmatau.frozen import frozen
 
-FEWEST = 100
+MIN_COUNT = 100
 """Smallest number of innovations for a test: their mean square then has an error of 14 %."""
 
 _LARGEST = 1e9  # largest innovation in stated standard deviations; larger ones are in another unit
@@ -217,9 +217,11 @@ def _check(data: Innovations) -> None:
                     f"`{name}` has {wrong.size} values that are not finite, the first at index {wrong[0]}."
                     " Remove these rows"
                 )
-    if n < FEWEST:
+    if n < MIN_COUNT:
         raise RecordTooShortError(
-            f"{n} innovations are too few to judge a filter. At least {FEWEST} are needed", need=FEWEST, got=n
+            f"{n} innovations are too few to judge a filter. At least {MIN_COUNT} are needed",
+            need=MIN_COUNT,
+            got=n,
         )
     steps = np.diff(data.time)
     unsorted = np.flatnonzero(steps < 0 if len(shape) == 2 else steps <= 0)
@@ -248,11 +250,11 @@ def _check_variance(data: Innovations) -> None:
     if empty.size:
         raise DataError(f"`innovation` has no measurement at index {empty[0]}. Remove this row")
     counts = present.sum(axis=0)
-    if counts.min() < FEWEST:
+    if counts.min() < MIN_COUNT:
         name = data.measurements[int(counts.argmin())]
         raise RecordTooShortError(
-            f"{counts.min()} innovations of {name} are too few. At least {FEWEST} are needed",
-            need=FEWEST,
+            f"{counts.min()} innovations of {name} are too few. At least {MIN_COUNT} are needed",
+            need=MIN_COUNT,
             got=int(counts.min()),
         )
     if data.variance.ndim == 2 and (present.sum(axis=1) > 1).any():

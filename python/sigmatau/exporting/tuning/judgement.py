@@ -1,4 +1,4 @@
-"""Find the wrong noise of a filter from the spectrum of its innovations, and their part that motion explains."""
+"""Find the wrong noise of a filter from the spectrum of its innovations, and the part of these that motion explains."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CHANCE = 0.04
 
 _REJECTION = 0.01  # probability that the true single cause is rejected
 _MISFIT = 0.003  # probability of the verdict "not explained" for a filter with wrong factors only
-_IMMATERIAL = 1.05  # factor of a standard deviation that is insignificant for a filter in practice
+_IMMATERIAL = 1.05  # factor on a standard deviation below which an error does not matter in practice
 _EVIDENCE = 6.0  # smallest rise of the deviance from the best to the second best single cause: a likelihood ratio of 20
 _ROUNDS = 3  # number of rounds in which motion and noises are estimated alternately
 
@@ -73,7 +73,7 @@ class Runs:
 
 @frozen(eq=False)
 class Judgement:
-    """Result of the spectrum of the innovations for the noises.
+    """Verdict on the noises, from the spectrum of the innovations.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Judgement:
         Whitened innovations due to motion.
     factors, causes, verdict, p_value, p_misfit
         See `Tuning`.
-    slowest : ndarray, shape (n_measurements, n_measurements), or None
+    lowest_density : ndarray, shape (n_measurements, n_measurements), or None
         Density at the lowest frequency, if the factors explain the innovations.
     """
 
@@ -91,7 +91,7 @@ class Judgement:
     verdict: NoiseVerdict = "consistent"
     p_value: float = 1.0
     p_misfit: float | None = None
-    slowest: Matrices | None = None
+    lowest_density: Matrices | None = None
 
 
 class _NoiseFit:
@@ -118,8 +118,8 @@ class _NoiseFit:
         if self.p_misfit < _MISFIT:
             nearest = np.abs(np.log(whole.frequency[:, None] / wide.frequency)).argmin(axis=1)
             self.density, logs = wide.power[nearest] * np.eye(series.shape[1]), np.zeros(count)
-        measured = series.shape[1]
-        self.process: Matrices = np.tensordot(np.exp(logs[measured:]), self.shares.shares[measured:], 1)
+        measurements = series.shape[1]
+        self.process: Matrices = np.tensordot(np.exp(logs[measurements:]), self.shares.shares[measurements:], 1)
 
 
 def judge(
@@ -147,7 +147,7 @@ def judge(
     responses = respond_to_motion(data, spectra.run)
     periodogram = Periodogram.compute(nothing, counts=spectra.counts)
     density = periodogram.restrict(spectra.fine.sum(axis=0))  # density as stated by the filter
-    whole_fit = _NoiseFit(series, spectra)  # the rate of the sensor contains the process noise too
+    whole_fit = _NoiseFit(series, spectra)  # fitted first: the measured rate contains the process noise too
     for _ in range(_ROUNDS):
         motion, explained = fit_motion(data, responses, series, periodogram, density, whole_fit.process, level)
         fit = _NoiseFit(series - explained, spectra)
@@ -187,7 +187,7 @@ def _judge_noises(
         verdict=verdict,
         p_value=p_value,
         p_misfit=fit.p_misfit,
-        slowest=fit.density[0] if fit.p_misfit >= _MISFIT else None,
+        lowest_density=fit.density[0] if fit.p_misfit >= _MISFIT else None,
     )
 
 

@@ -29,9 +29,9 @@ _ITERATIONS = 60
 _FIRST_REACH = 0.05
 _STEPS = 30  # largest number of interpolations for an end of an interval; usually three suffice
 _NARROWEST = 0.02  # smallest share of a bracket that an interpolation removes
-_TOLERANCE = 2e-4  # relative tolerance of the distance of an end
+_TOLERANCE = 2e-4  # relative tolerance of the distance from the value to an end of its interval
 _CONVERGED = 1e-9  # tolerance of the deviance
-_DIFFERENCE = 1e-4  # relative step of the trigamma function
+_DIFFERENCE = 1e-4  # relative step of the difference quotient for the trigamma function
 _COARSE = 1.5  # ratio of the ends of a bin in the test of a misfit
 
 
@@ -48,7 +48,7 @@ class Periodogram:
     number : ndarray, shape (n_bins,)
         Number of frequencies in each bin.
     is_used : ndarray, shape (n_bins, n_series)
-        Whether a series is used: a shorter series has fewer independent frequencies, the lowest ones.
+        Whether a series is used in a bin: a short series has few independent frequencies, so only few are used.
     """
 
     frequency: Floats
@@ -155,9 +155,9 @@ class FactorInterval:
     ----------
     value : float
     low : float
-        0 if the innovations do not show the noise.
+        Lower end of the interval; 0 if the innovations do not show the noise.
     high : float or None
-        None without an upper bound.
+        Upper end of the interval; None if it is unbounded.
     """
 
     value: float
@@ -222,7 +222,7 @@ class Shares:
         rise = float(chi2_quantile_above(1, 1 - level))
 
         def distance(value: float) -> float:
-            """Root of the rise of the deviance over that of the end of the interval; almost linear in the value."""
+            """Root of the rise of the deviance over the rise at the end of the interval; almost linear in the value."""
             start = best.logs.copy()
             start[part] = value
             return math.sqrt(max(self.fit(free, start).deviance - best.deviance, 0.0) / rise)

@@ -24,12 +24,12 @@ from sigmatau.results import Printed, plain
 _CHANCE = 0.002  # probability of a false effect
 _NAMES = {"scale": "scale error", "delay": "delay"}
 _GOALS = {"scale": 1e-3, "delay": 1e-3}  # sizes that a calibration can correct, 0.1 % and 1 ms [1, s]
-# ratio of the information about an effect with and without the others, below which it is not determined
+# An effect is not determined below this ratio of its information if the other effects are unknown to that if known.
 _DEGENERATE = 1e-10
 # largest share of an effect that may come from sensor noise in the rate; above it, the rate contains no motion
 _LARGEST_SHIFT = 0.5
-_LONG_GAP = 5.0  # longest time without a rate over which the motion is known [intervals]
-_MOST_GAPS = 30  # number of longer gaps that are modelled, the longest first
+_LONG_GAP = 5.0  # longest gap in the rate over which it is interpolated [intervals]
+_MAX_GAPS = 30  # number of longer gaps that are modelled, the longest first
 _TINY = 1e-300
 
 
@@ -72,7 +72,7 @@ class MotionEffect(Printed):
 
     @property
     def needed(self) -> float:
-        """Factor by which such a motion must be stronger to determine 0.1 %, or 1 ms. [1]"""
+        """Factor by which the motion must be stronger to determine the effect to 0.1 % or 1 ms. [1]"""
         return self.resolution / _GOALS[self.effect]
 
     @property
@@ -147,7 +147,7 @@ def respond_to_motion(data: Innovations, run: FilterRun) -> MotionResponses:
         errors[:, j, 2 * j] = -(travelled[:, j] - slope[j] * (data.time - data.time[0]))
         errors[:, j, 2 * j + 1] = -(rate[:, j] - slope[j])
     gaps = np.flatnonzero(steps > _LONG_GAP * data.interval) + 1
-    gaps = np.sort(gaps[np.argsort(-steps[gaps - 1])[:_MOST_GAPS]])
+    gaps = np.sort(gaps[np.argsort(-steps[gaps - 1])[:_MAX_GAPS]])
     jumps = np.zeros((n, m, m * len(gaps)))
     for k, gap in enumerate(gaps):
         for j in range(m):

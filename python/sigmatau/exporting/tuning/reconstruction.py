@@ -15,7 +15,7 @@ from sigmatau.exporting.tuning.innovations import Innovations
 from sigmatau.exporting.tuning.run import FilterRun, Steps, constant_run, varying_run
 
 _VARIATION = 1.1  # largest ratio of the quantiles of S, or of the intervals, for a constant gain of the filter
-_TAILS = (0.01, 0.99)  # quantiles that ignore rare gaps
+_TAILS = (0.01, 0.99)  # quantiles of the intervals, which ignore rare gaps
 _JITTER = 0.25  # largest deviation of a time from a multiple of the interval [intervals]
 
 
@@ -63,7 +63,7 @@ def reconstruct_run(filter_: Filter, data: Innovations) -> FilterRun:
         if not ((ratio > 1 / AGREEMENT) & (ratio < AGREEMENT)).all():
             worst = float(ratio[np.argmax(np.abs(np.log(ratio)))])
             raise OptionError(
-                f"the stated S is that of an R {worst:.3g} times that of the filter."
+                f"the stated S requires an R of {worst:.3g} times that of the filter."
                 " Give the matrices of the filter that made these innovations, or leave out R",
                 option="filters",
             )

@@ -22,9 +22,9 @@ Complex = NDArray[np.complex128]
 
 MEASUREMENT = "measurement"
 
-_PASSES = 3  # number of passes over the run, each from the mean covariance of the previous pass
+_PASSES = 3  # number of passes over the run; each starts from the mean covariance of the previous pass
 _NEGATIVE_SHARE = 0.01  # largest share of the steps in which S may be below H·P·Hᵀ by rounding
-_SMALLEST_R = 1e-9  # smallest R, over S
+_SMALLEST_R = 1e-9  # smallest ratio of R to S
 _LARGEST_SHARE = 0.5  # largest share of H·P·Hᵀ in the first S, if P is a mean over the run
 _TINY = 1e-300
 _CORRELATION = 0.1  # correlation of the noises of two measurements above which their factors cannot be separated
@@ -122,7 +122,7 @@ class FilterRun:
         ndarray, shape (n_noises, n_f, n_measurements, n_measurements)
         """
         shares = self._constant_shares(frequency) if len(self.closed) == 1 else self._mean_shares(frequency)
-        # Only the mean over the start of the run is known; a correct filter is white at all frequencies.
+        # The start of the run is known on average only, so the sum is scaled: a correct filter is then white.
         root = np.linalg.inv(np.linalg.cholesky(shares.sum(axis=0)))
         root = np.sqrt(self.presence)[:, None] * root
         return np.asarray(root @ shares @ root.conj().swapaxes(-1, -2))

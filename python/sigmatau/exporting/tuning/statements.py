@@ -51,14 +51,14 @@ def _noise_statements(tuning: Tuning, *, follows_motion: bool) -> list[str]:
     if tuning.has_root_of_variance:
         return [f"S {ROOT_OF_VARIANCE}"]
     hidden = [factor.name for factor in tuning.factors if not factor.is_shown and factor not in tuning.causes]
-    remarks = [f"The run does not show the {' and the '.join(hidden)}: its factor is uncertain"] * bool(hidden)
+    remarks = [f"The run does not show the {' and the '.join(hidden)}, whose factor is uncertain"] * bool(hidden)
     if tuning.noise_verdict == "consistent" and not tuning.factors:
-        return ["Give N and K of the filter: NIS and whiteness alone show only large errors"]
+        return ["Give N and K of the filter: the NIS and whiteness alone show large errors only"]
     if tuning.noise_verdict == "consistent":
         rest = "else " if tuning.has_offset or follows_motion else ""
         return [f"Nothing {rest}is wrong: the innovations are as the filter states", *remarks]
     if (common := tuning.common_factor) is not None:
-        unit = " 57.3 is degrees beside radians." if 55 < max(common, 1 / common) < 60 else ""
+        unit = " A factor of 57.3 is degrees instead of radians." if 55 < max(common, 1 / common) < 60 else ""
         return [
             f"All noises are {tuning.causes[0].direction} by one factor, {two_digits(common)}: innovation and S are in"
             f" different units, or all of S is scaled.{unit} Check both before you change a noise"
@@ -75,7 +75,7 @@ def _noise_statements(tuning: Tuning, *, follows_motion: bool) -> list[str]:
         elif not tuning.has_rate:
             action = "Add the rate of motion to the table: it shows whether a delay or a scale error is the cause"
         return [f"No factors on the noises explain the innovations (p = {tuning.p_misfit:.2g}). {action}"]
-    return [_place(tuning), "Give N and K of the filter: with them, the noise that is wrong is found"]
+    return [_place(tuning), "Give N and K of the filter to find the noise that is wrong"]
 
 
 def _limit_of_motion(tuning: Tuning) -> str:
@@ -84,7 +84,7 @@ def _limit_of_motion(tuning: Tuning) -> str:
     if not hidden:
         return ""
     if not all(math.isfinite(effect.value) for effect in hidden):
-        return "The rate hardly changes, so neither a scale error nor a delay is shown. Turn to and fro"
+        return "The rate hardly changes, so neither a scale error nor a delay is shown. Turn the sensor back and forth"
     limits = " and ".join(f"a {effect.name} below {effect.limit}" for effect in hidden)
     needed = max(effect.needed for effect in hidden)
     goals = " and ".join(dict.fromkeys({"scale": "0.1 %", "delay": "1 ms"}[effect.effect] for effect in hidden))

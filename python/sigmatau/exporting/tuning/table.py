@@ -25,10 +25,10 @@ _NORMALISED = {"normalised", "normalized", "nis", "nees", "whitened"}
 # Unit in brackets: [(m/s)^2] or ((m/s)^2), but not an index [0].
 _UNIT = re.compile(r"\s*(?:\[(?!\d+\])([^\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$")
 _SENSORS = {"sensor", "channel", "id", "source", "measurement", "type", "axis", "name", "label"}
-_MOST_SENSORS = 16  # largest number of distinct values of a column that names sensors instead of counting
+_MAX_SENSORS = 16  # largest number of sensors that a column names; a column with more values is a counter
 _SECONDS = ("s", "ms", "us", "µs", "ns")
 _LONGEST_INTERVAL = 1e4  # longest interval; times with longer intervals are in another unit [s]
-_UNNAMED = "innovation"  # name of a channel without names of columns
+_UNNAMED = "innovation"  # name of the channel if the columns name none
 _LISTED = 12  # largest number of columns in a message
 
 
@@ -46,7 +46,7 @@ class _Columns:
 class _Table:
     """Names, units and values of the columns of a table; NaN where a cell is empty."""
 
-    place: Path
+    path: Path
     names: tuple[str, ...]
     units: tuple[str, ...]
     values: Floats
@@ -65,7 +65,7 @@ class _Table:
             return self.names.index(name)
         if name.isdigit() and 1 <= int(name) <= len(self.names):
             return int(name) - 1
-        raise OptionError(f"{Hint(option)}: no column {name!r}. {self.place} has {self.listed}", option=option)
+        raise OptionError(f"{Hint(option)}: no column {name!r}. {self.path} has {self.listed}", option=option)
 
 
 def read_innovations(
@@ -117,7 +117,7 @@ def _by_sensor(table: _Table) -> dict[str, _Table]:
 
 def _read_channels(table: _Table, columns: Mapping[str, str] | None, time: str | None) -> dict[str, Innovations]:
     """Read the innovations of all channels of a table of one sensor, or with a pair of columns per channel."""
-    place = table.place
+    place = table.path
     times = _times(table, time)
     chosen = _stated(table, columns) if columns else _recognised(table)
     result = {}
@@ -187,7 +187,7 @@ def _read(place: Path) -> _Table:
         parts = [cell.strip() for cell in row.split(delimiter)]
         if len(parts) != len(cells):
             raise DataError(
-                f"{len(parts)} columns, but the header has {len(cells)}. Mend or remove this row",
+                f"{len(parts)} columns, but the header has {len(cells)}. Correct or remove this row",
                 place=f"line {line}",
             ).about(str(place))
         if naming is not None:
@@ -199,18 +199,18 @@ def _read(place: Path) -> _Table:
         if wrong:
             text = row.split(delimiter)[wrong[0]].strip()
             raise DataError(
-                f"{cells[wrong[0]]} is not a number: {text!r}. Mend or remove this row", place=f"line {line}"
+                f"{cells[wrong[0]]} is not a number: {text!r}. Correct or remove this row", place=f"line {line}"
             ).about(str(place))
         values.append(numbers)
         lines.append(line)
-    if len({*sensors}) > _MOST_SENSORS:
+    if len({*sensors}) > _MAX_SENSORS:
         raise DataError(
-            f"{cells[naming or 0]} has {len({*sensors})} values, more than sensors. Remove this column"
+            f"{cells[naming or 0]} has {len({*sensors})} values, too many for names of sensors. Remove this column"
         ).about(str(place))
     units = tuple((match[1] or match[2] or "").strip() if (match := _UNIT.search(cell)) else "" for cell in cells)
     array = np.array(values, dtype=np.float64).reshape(len(values), len(cells))
     return _Table(
-        place=place,
+        path=place,
         names=tuple(_UNIT.sub("", cell) for cell in cells),
         units=units,
         values=array,
@@ -221,7 +221,7 @@ def _read(place: Path) -> _Table:
 
 
 def _sensor_names(column: str, sensors: Sequence[str]) -> list[str]:
-    """Channel names of the sensors: their texts, or the name of the column with their number."""
+    """Channel name for the sensor of each row: its text, or for a number the name of the column and the number."""
     return [
         "_".join(_words(sensor)) if _number(sensor) is None else f"{_words(column)[0]}_{sensor}" for sensor in sensors
     ]
@@ -246,7 +246,7 @@ def _times(table: _Table, name: str | None) -> Floats:
         matching = [k for k, words in enumerate(map(_words, table.names)) if words and words[0] in _TIMES]
         if len(matching) != 1:
             raise OptionError(
-                f"{table.place}: no column is recognised as the time among {table.listed}."
+                f"{table.path}: no column is recognised as the time among {table.listed}."
                 f" Name it, {Hint('time', value=table.names[0])}",
                 option="time",
             )
@@ -255,18 +255,18 @@ def _times(table: _Table, name: str | None) -> Floats:
     unit = table.units[k] or (words[-1] if words[-1] in _SECONDS and len(words) > 1 else "s")
     if unit not in _SECONDS:
         raise OptionError(
-            f"{table.place}: the time has the unit {unit!r}. Use one of {', '.join(_SECONDS)}", option="time"
+            f"{table.path}: the time has the unit {unit!r}. Use one of {', '.join(_SECONDS)}", option="time"
         )
     times = table.values[:, k]
     wrong = np.flatnonzero(~np.isfinite(times))
     if wrong.size:
         raise DataError(
             f"{table.names[k]} is not a finite number. Remove this row", place=f"line {table.lines[wrong[0]]}"
-        ).about(str(table.place))
+        ).about(str(table.path))
     seconds = (times - table.start[:, k]) * to_si(1.0, unit)
     if len(seconds) > 1 and (step := float(np.median(np.diff(seconds)))) > _LONGEST_INTERVAL:
         raise OptionError(
-            f"{table.place}: the rows of {table.names[k]} are {step:.3g} s apart. Write its unit in the header,"
+            f"{table.path}: the rows of {table.names[k]} are {step:.3g} s apart. Write its unit in the header,"
             f" {table.names[k]} [ns]",
             option="time",
         )
@@ -300,7 +300,7 @@ def _recognised(table: _Table) -> dict[str, _Columns]:
             name = table.names[innovations[channel]]
             if {*_words(name)} & _NORMALISED:
                 raise OptionError(
-                    f"{table.place}: {name} has no column of its variance."
+                    f"{table.path}: {name} has no column of its variance."
                     " Normalised innovations have the variance 1: add a column S with 1 in each row",
                     option="columns",
                 )
@@ -320,7 +320,7 @@ def _recognised(table: _Table) -> dict[str, _Columns]:
 
 def _not_recognised(table: _Table, what: str) -> OptionError:
     return OptionError(
-        f"{table.place}: {what}; it has {table.listed}. Name the columns, {Hint('columns', 'gyro_x', 'INNOVATION:S')}",
+        f"{table.path}: {what}; it has {table.listed}. Name the columns, {Hint('columns', 'gyro_x', 'INNOVATION:S')}",
         option="columns",
     )
 
@@ -365,12 +365,12 @@ def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
         return 1.0, 1.0
     if stated.replace("²", "^2").replace(" ", "") not in ({unit} if chosen.is_deviation else _squares(unit)):
         raise OptionError(
-            f"{table.place}: {names[0]} has the unit {unit or 'none'!r}, {names[1]} {stated or 'none'!r}."
+            f"{table.path}: {names[0]} has the unit {unit or 'none'!r}, {names[1]} {stated or 'none'!r}."
             f" Write {unit or 'rad'} and ({unit or 'rad'})^2 in the header, or none for SI",
             option="columns",
         )
     if (known_unit := find_unit(unit)) is None:
-        raise OptionError(f"{table.place}: {names[0]} has the unknown unit {unit!r}. Write it in SI", option="columns")
+        raise OptionError(f"{table.path}: {names[0]} has the unknown unit {unit!r}. Write it in SI", option="columns")
     factor = known_unit.factor
     return factor, factor if chosen.is_deviation else factor**2
 
@@ -385,7 +385,7 @@ def _read_rate(table: _Table, chosen: _Columns) -> Floats:
     expected, rate_unit = find_unit("m/s^2" if unit == "m/s" else f"{unit or 'rad'}/s"), find_unit(stated)
     if expected is None or rate_unit is None or rate_unit.si != expected.si:
         raise OptionError(
-            f"{table.place}: {table.names[chosen.innovation]} has the unit {unit or 'none'!r},"
+            f"{table.path}: {table.names[chosen.innovation]} has the unit {unit or 'none'!r},"
             f" {table.names[chosen.rate]} {stated or 'none'!r}. Write rad and rad/s, or m/s and m/s^2",
             option="columns",
         )

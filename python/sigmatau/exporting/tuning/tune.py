@@ -24,9 +24,9 @@ from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
 
 _CLUSTERS = 8  # smallest number of independent averages; with fewer, the interval is wider than a factor of 3
 _LOWEST = 5  # number of frequencies whose mean power is the density at 0 if no filter explains the innovations
-_OFFSET = 0.001  # probability that a mean is reported for innovations without an offset
+_OFFSET = 0.001  # probability that an offset is reported for innovations without one
 _TAILS = (0.05, 0.95)  # quantiles of S
-_VARIATION = 1.5  # ratio of these quantiles above which S alternates or falls
+_VARIATION = 1.5  # ratio of these quantiles above which S is tested for alternation and a fall
 _BEGINNING = 10  # a filter may converge during this fraction of the run: 1/10
 _OUTLYING = 7.0  # smallest outlier [standard deviations]; 1e6 Gaussian innovations reach it with probability 3e-6
 
@@ -194,8 +194,8 @@ def _means(series: Floats, present: Bools, judged: Judgement) -> tuple[Floats, f
     """
     n, count = series.shape
     means = series.mean(axis=0)
-    if judged.slowest is not None:
-        chances = chi2_above(1, means**2 * n / np.diag(judged.slowest).real)
+    if judged.lowest_density is not None:
+        chances = chi2_above(1, means**2 * n / np.diag(judged.lowest_density).real)
     else:
         lowest = np.abs(np.fft.rfft(series, axis=0)[1 : _LOWEST + 1]) ** 2 / n
         chances = 2 * student_below(2 * _LOWEST, -np.abs(means) * np.sqrt(n / lowest.mean(axis=0)))
@@ -209,14 +209,14 @@ def _require_converged(data: Innovations) -> None:
         low, high = (float(value) for value in np.quantile(values, _TAILS))
         if high > _VARIATION * low and _alternates(values):
             raise DataError(
-                f"S takes turns between {low:.3g} and {high:.3g}, as if rows of two sensors alternate."
+                f"S alternates between {low:.3g} and {high:.3g}, as for rows of two sensors."
                 " Write each sensor in separate columns, or its name in a column sensor"
             )
         n = len(values)
         if float(np.median(values[: n // _BEGINNING])) > _VARIATION * float(np.quantile(values[n // 2 :], _TAILS[1])):
             raise DataError(
-                f"S falls from {high:.3g} to {low:.3g}, so that the filter converges."
-                f" Leave out its convergence, {Hint('skip', value=60)}"
+                f"S falls from {high:.3g} to {low:.3g}: the filter still converges."
+                f" Leave out the time of convergence, {Hint('skip', value=60)}"
             )
 
 

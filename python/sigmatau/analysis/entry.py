@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from sigmatau.analysis import pipeline
 from sigmatau.analysis.options import AnalysisOptions, Method
 from sigmatau.analysis.result import Analysis
-from sigmatau.analysis.stages import read_off_curves, with_freedom
+from sigmatau.analysis.stages import add_degrees_of_freedom, read_off_curves
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.findings.curves import ConstantChannel
@@ -99,7 +99,7 @@ def of_curves(
 ) -> Analysis:
     """Analyse existing overlapped curves, such as those of an `Accumulator`.
 
-    `fitted_on`: curve by channel that is fitted in place of the displayed one.
+    `fitted_on` maps channels to curves that are fitted in place of those in `curves`.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def of_curves(
         usable[channel] = curve
         if method != "read-off":
             fits[channel] = fit((fitted_on or {}).get(channel, curve))
-            usable[channel] = with_freedom(curve, fits[channel])
+            usable[channel] = add_degrees_of_freedom(curve, fits[channel])
             all_findings += fit_findings(fits[channel])
     if not usable:
         raise DataError("no channel is left to analyse: all channels are constant")

@@ -143,7 +143,7 @@ class FilterForm:
     coefficients: tuple[float, ...] = key(default=(), always=True)
     interval_s: float | None = key(default=None, always=True, exclusiveMinimum=0)
     known_to_hz: float | None = key(
-        "highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape",
+        "frequency up to which the coefficients describe the filter; 0 for a filter of known shape",
         default=None,
     )
     damping: float | None = key("of two poles", default=None)

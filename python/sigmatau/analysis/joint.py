@@ -116,7 +116,7 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
     """
     fits = {channel: fit for channel, fit in analysis.fits.items() if fit.method == "likelihood"}
     if not fits:
-        raise DataError(f"{name}: {_why_not(analysis)}, and is not in the joint fit")
+        raise DataError(f"{name} is not in the joint fit: {_why_not(analysis)}")
     used = only_used(record, {channel: analysis.masks[channel] for channel in fits})
     thermometers = tuple(stream for stream in record.streams if stream.quantity == "temperature")
     stream_names = {stream.name for stream in used.streams}
@@ -130,7 +130,7 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
         if unfit is None:
             runs[channel] = build_run(used, channel, name=name, fit=fits[channel])
         else:
-            findings.append(_left_out(name, unfit, channel))
+            findings.append(_run_left_out(name, unfit, channel))
     return AnalysedRun(name=name, analysis=analysis, runs=runs, findings=tuple(findings))
 
 
@@ -142,7 +142,7 @@ def _why_unfit(used: Record, channel: str, fitted: NoiseFit | None) -> Unfit | N
     return why_unfit(used.stream_of(channel), channel)
 
 
-def _left_out(run: str, reason: Unfit, channel: str) -> Finding:
+def _run_left_out(run: str, reason: Unfit, channel: str) -> Finding:
     return Finding(details=RunLeftOut(run=run, reason=reason), severity="warning", channels=(channel,))
 
 
@@ -183,7 +183,7 @@ def fit_analysed(
     curves: dict[str, DeviationCurve] = {}
     for pool, members in pools.items():
         if len(members) < _MIN_RUNS:
-            findings.append(_left_out(members[0][0].name, "only_run", pool))
+            findings.append(_run_left_out(members[0][0].name, "only_run", pool))
             continue
         members, left_out = _without_disturbed(members, pool)
         findings += left_out
@@ -223,7 +223,7 @@ def _without_disturbed(
     quiet = [member for member in members if member[0].fit.verdict != "disturbed"]
     if len(quiet) < _MIN_RUNS:
         return members, []
-    return quiet, [_left_out(run.name, "disturbed", pool) for run, _ in members if run.fit.verdict == "disturbed"]
+    return quiet, [_run_left_out(run.name, "disturbed", pool) for run, _ in members if run.fit.verdict == "disturbed"]
 
 
 def _findings(joint: JointChannel) -> list[Finding]:

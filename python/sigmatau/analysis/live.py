@@ -24,7 +24,7 @@ from sigmatau.record.record import MIN_SAMPLES, Provenance, conversion, stream_n
 from sigmatau.record.sampling import Sampling, sampling_text
 from sigmatau.results import duration_text
 
-_EQUAL_RATES = 1e-3  # largest relative difference of equal rates
+_EQUAL_RATES = 1e-3  # largest relative difference of rates that count as equal
 
 
 class LiveAnalysis:

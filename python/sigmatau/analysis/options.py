@@ -64,9 +64,9 @@ class AnalysisOptions(CheckOptions):
             "Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or read them off the curve,"
             " as in the paper (read-off): each line where the fitted model says that its term dominates.",
             choices=get_args(Method),
-            python="The likelihood has the filters, lines and processes that were found in the model. Coefficients are"
-            " always read off the curve too. Channels with very few samples are fitted by least squares, which always uses"
-            " overlapping clusters on half octaves, for any grid of the curve.",
+            python="The likelihood's model includes the filters, lines and processes that were detected. Coefficients"
+            " are always read off the curve too. Channels with very few samples are fitted by least squares, which"
+            " always uses overlapping clusters on half octaves, for any grid of the curve.",
         ),
     )
     terms: Sequence[str] | None = field(
@@ -188,7 +188,7 @@ class AnalysisOptions(CheckOptions):
         if self.terms is not None:
             if self.method == "read-off":
                 raise OptionError(
-                    "{option} are of a fit, which has only the ranges of the lines if coefficients are read off",
+                    "{option} apply to fitted coefficients; the read-off uses a fit for the ranges of its lines only",
                     option="terms",
                 )
             wanted = wanted_terms(self.terms)

@@ -45,7 +45,7 @@ _COUNTS, _POINTS = np.empty(0, dtype=np.int64), np.empty(0)  # keys of a curve t
 for _column in (_COUNTS, _POINTS):
     _column.setflags(write=False)
 
-_MOST_SAMPLES = 2**53  # largest integer below which all integers are exact in a float
+_MAX_SAMPLES = 2**53  # largest integer below which all integers are exact in a float
 
 
 def read_analysis(source: str | bytes | Path) -> Analysis:
@@ -84,7 +84,7 @@ def _parsed(text: str | bytes) -> object:
         raise ValueError(f"{word} is not a number of JSON")
 
     try:
-        # orjson is optional, and rejects input that other programs may write.
+        # orjson is optional, and rejects NaN and other input that programs may write.
         with contextlib.suppress(ImportError, ValueError):
             import orjson
 
@@ -209,7 +209,7 @@ def _mask(name: str, channel: forms.ChannelForm, form: forms.ExcludedForm | form
     spans = [ExcludedSpan(start, stop, reason) for reason, pairs in _stretches(form).items() for start, stop in pairs]
     spans.sort(key=lambda span: span.start)
     edges = [0, *(edge for span in spans for edge in (span.start, span.stop)), form.samples]
-    if not 0 <= form.samples < _MOST_SAMPLES or edges != sorted(edges):
+    if not 0 <= form.samples < _MAX_SAMPLES or edges != sorted(edges):
         raise WrongValueError("excluded: its spans overlap, or end after the record")
     return ChannelMask(
         channel=name, samples=form.samples, tau0=_interval_of_samples(channel), lead=form.start_s, spans=tuple(spans)
@@ -241,7 +241,7 @@ def _interval_of_samples(channel: forms.ChannelForm) -> float:
         raise WrongValueError("sample_rate_hz is missing")
     if not RATES[0] <= rate <= RATES[1]:
         raise WrongValueError(f"sample_rate_hz is {rate:g}, not from {RATES[0]:g} to {RATES[1]:g}")
-    if not 0 <= channel.samples < _MOST_SAMPLES:
+    if not 0 <= channel.samples < _MAX_SAMPLES:
         raise WrongValueError("samples is negative or too large")
     curve = channel.curve
     if curve is not None and curve.m is not None and curve.tau_s is not None and curve.m[:1].any():

@@ -15,7 +15,7 @@ from sigmatau.analysis.options import AnalysisOptions, parse_options
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
 from sigmatau.analysis.state import State
 from sigmatau.errors import DataError, OptionError
-from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
+from sigmatau.estimators.allan import Curves, DeviationCurve, scale_by_pairs
 from sigmatau.findings.curves import NoMap
 from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.units import ImplausibleUnit
@@ -33,10 +33,10 @@ from sigmatau.options import stated
 from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
 from sigmatau.quality.curves import compute_curves
 from sigmatau.quality.facts import in_threads
-from sigmatau.quality.fit_findings import fit_findings, without_consequences
+from sigmatau.quality.fit_findings import fit_findings, without_explained
 from sigmatau.quality.means import channel_mean
 from sigmatau.quality.samples import resolution
-from sigmatau.quality.samples.resolution import LEAST_SUMS
+from sigmatau.quality.samples.resolution import MIN_SUMS
 from sigmatau.quality.selection.exclusion import leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.quality.selection.window import choose as choose_window
@@ -61,7 +61,7 @@ def read(source: object) -> Record:
         return read_file(source)
     is_table = hasattr(source, "columns") or hasattr(source, "coords") or isinstance(source, Mapping)
     if isinstance(source, Curves) or not is_table:
-        hint = "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(source, Curves) else ""
+        hint = "; existing curves go to sigmatau.analysis.of_curves" if isinstance(source, Curves) else ""
         if hasattr(source, "ndim"):
             hint = "; an array has channels: sigmatau.Record.from_arrays(rate=100, gyro=x)"
         raise TypeError(
@@ -161,7 +161,7 @@ def fit(state: State) -> State:
         curve, steps = state.curves[channel], coarse.get(channel)
         if steps is not None and steps.summed != 1 and method == "likelihood":
             first = fit_sums(
-                record, channel, summed=steps.summed, smallest=LEAST_SUMS,
+                record, channel, summed=steps.summed, smallest=MIN_SUMS,
                 quantization=steps.added or 0.0, terms=options.terms,
             )  # fmt: skip
         else:
@@ -171,7 +171,7 @@ def fit(state: State) -> State:
                 terms=options.terms, step=0.0 if lattice is None else lattice.step, threads=options.threads,
             )  # fmt: skip
         if curve.overlap == "full":
-            curve = with_freedom(curve, first)
+            curve = add_degrees_of_freedom(curve, first)
         if steps is not None and steps.rounding != "quantization":
             return first, adjusted(first, partial(rounding_adjustment, step=steps.step, noise=steps.noise)), curve
         return first, first, curve
@@ -195,7 +195,7 @@ def judge(state: State) -> State:
     if fits:
         lags = LOOKED_AT_BOUNDED if state.bounded else LOOKED_AT
         fit_faults = check_fits(record, fits, looked_at=lags, findings=findings, threads=options.threads)
-        findings = (*without_consequences(findings, fits), *fit_faults)
+        findings = (*without_explained(findings, fits), *fit_faults)
         fits = {
             name: adjusted(fitted, partial(bias, biases=[walk_bias(findings, name)])) for name, fitted in fits.items()
         }
@@ -265,10 +265,10 @@ def read_off_curves(
     return {channel: lines.read(curve, fits.get(channel)) for channel, curve in curves.items()}
 
 
-def with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
+def add_degrees_of_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
     """Add degrees of freedom from the model to a curve, in proportion to the remaining pairs if samples are missing."""
     edf = fitted.degrees_of_freedom(m=curve.m)
-    return replace(curve, edf=None if edf is None else kept_freedom(curve, edf))
+    return replace(curve, edf=None if edf is None else scale_by_pairs(curve, edf))
 
 
 def _streams_by_channel(record: Record) -> dict[str, Stream]:

@@ -95,7 +95,7 @@ class UnitOverruled(InFile, code="unit_overruled"):
 
 @frozen
 class IncompleteSensor(InFile, code="incomplete_sensor"):
-    """A sensor of which two axes are recognised, and the third is not.
+    """Two axes of a sensor are recognised, but not the third.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class UnreadSensor(InFile, code="unread_sensor"):
         first, last = self.numbers[0], self.numbers[-1]
         places = f"{first}:{last}" if self.numbers == (first, first + 1, first + 2) else "N:N"
         return Words(
-            f"columns of {what} are not read, their names are not known: {listed(self.columns)}",
+            f"columns of {what} are not read, because their names are not known: {listed(self.columns)}",
             f"Give {Hint('channels', self.sensor, places)} and the other channels",
         )
 

@@ -1,4 +1,4 @@
-"""Findings about curves, and about what was not checked."""
+"""Findings about curves, and about checks that were omitted."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class NotStatic(Details, code="not_static"):
     steps : tuple of LevelStep
         Steps in order of time.
     beside_drift : bool
-        Whether the steps were found in addition to a drift that would hide them.
+        Whether the steps were found after the removal of a drift that would hide them.
     added_walk : float
         Rate random walk that the steps add. [unit/√s]
     leave_out : tuple of (float, float)
@@ -135,12 +135,12 @@ class Spikes(Details, code="spikes"):
     more_below : bool
         Whether there are more large samples below the threshold than the noise can explain.
     tail_factor : float
-        Random walk with the spikes over that without them, if they belong to a continuous tail of the noise; otherwise
+        Ratio of the random walk with the spikes to that without them, if they are a tail of the noise; otherwise
         1. [1]
     tail_error : float
         Relative standard error of the random walk with the spikes. [1]
     small_factor : float
-        Random walk without the spikes, over that without small spikes as well; 1 if there are no small spikes. [1]
+        Ratio of the random walk without the spikes to that without small spikes too; 1 without small spikes. [1]
     """
 
     unit: str

@@ -105,7 +105,7 @@ class NoiseChange:
     time : float
         Time from the beginning of the record. [s]
     ratio : float
-        Root mean square of the first differences after the change over that before. [1]
+        Ratio of the root mean square of the first differences after the change to that before it. [1]
     """
 
     time: float

@@ -11,7 +11,7 @@ from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import duration_text, printable, seconds
 
-_MOST_KEYS = 3  # largest number of keys of a file that are named; the others are counted
+_MAX_KEYS = 3  # largest number of keys of a file that are named; the others are counted
 _LONGEST_KEY = 24  # longest name of a key [characters]
 _RIGHT = 1.05  # factor up to which a stated error or covariance is called correct
 _HONEST = 1.25  # factor of an error or a covariance up to which no action is needed
@@ -388,8 +388,8 @@ class KeysNotRead(Details, code="keys_not_read"):
     keys: tuple[str, ...]
 
     def words(self, finding: Finding) -> Words:
-        named = ", ".join(printable(key[:_LONGEST_KEY]) for key in self.keys[:_MOST_KEYS])
-        uncounted = f" and {len(self.keys) - _MOST_KEYS} more" if len(self.keys) > _MOST_KEYS else ""
+        named = ", ".join(printable(key[:_LONGEST_KEY]) for key in self.keys[:_MAX_KEYS])
+        uncounted = f" and {len(self.keys) - _MAX_KEYS} more" if len(self.keys) > _MAX_KEYS else ""
         return Words(f"keys not read: {named}{uncounted}")
 
 

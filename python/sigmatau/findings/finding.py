@@ -18,7 +18,7 @@ Span = tuple[float, float]
 """Beginning and end, from the beginning of the whole record even if a part is analysed; equal for an instant. [s]"""
 
 _WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors without coefficients
-# findings for which samples of all axes are left out, not only of those that show them
+# findings that leave out the samples of all axes, not only of the affected ones
 _ON_ALL_AXES = ("not_static", "start_transient")
 DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation", "interpolated")
 """Codes of findings about samples that are not the sensor's noise."""
@@ -51,7 +51,7 @@ class Details:
 
     code: ClassVar[str] = ""  # stable name of the kind
     alters_all: ClassVar[bool] = False
-    # share of the samples up to which the intervals of a fit allow for such a warning [1]
+    # share of the samples up to which the intervals of a fit cover the effect of such a warning [1]
     allowed_share: ClassVar[float] = 0.0
 
     def __init_subclass__(cls, *, code: str = "", alters_all: bool = False) -> None:

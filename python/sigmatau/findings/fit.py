@@ -14,7 +14,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds
 
 _ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth", 5: "fifth", 6: "sixth"}
-_MANY_LINES = 10  # number of lines from which they are the most likely defect of a model
+_MANY_LINES = 10  # smallest number of lines that are the most likely cause of a misfit
 
 
 @frozen
@@ -99,7 +99,7 @@ class Widened(Details, code="widened"):
 
     def words(self, finding: Finding) -> Words:
         off = f"the density near {self.frequency:.2g} Hz is {off_text(self.ratio)} the best model"
-        crowded = f"{count_text(self.lines)} spectral lines take {percent(self.crowded)} of the band and may be noise"
+        crowded = f"{count_text(self.lines)} spectral lines cover {percent(self.crowded)} of the band and may be noise"
         without_lines = "Look for a vibration, or for noise that changes, and record again without it"
         if self.only_walk:
             action = without_lines if self.crowded else "Look for a cause near this frequency"
@@ -368,12 +368,12 @@ class CountedAngle(Details, code="counted_angle"):
             limit = "none" if self.limit is None else f"less than {self.limit / factor:.3g} {unit}"
             return Words(f"{makes}; the fit shows {limit}")
         if self.low is None or self.high is None:
-            return Words(f"{makes}; the fit has {self.value / factor:.3g} {unit}")
+            return Words(f"{makes}; the fit shows {self.value / factor:.3g} {unit}")
         value = round_to_error(self.value, self.low, self.high, size=factor)
-        fitted = f"{makes}; the fit has {value.with_unit(unit)}"
+        fitted = f"{makes}; the fit shows {value.with_unit(unit)}"
         if self.low > self.by_step:
-            return Words(fitted, "The rest has another cause than the counts")
-        return Words(fitted, "" if self.high >= self.by_step else "Use the value of the counts")
+            return Words(fitted, "Look for a further cause of the difference")
+        return Words(fitted, "" if self.high >= self.by_step else "Use the value that follows from the counts")
 
 
 @frozen

@@ -19,9 +19,9 @@ LONGEST_NAME = 24
 _NAMES_LISTED = 6
 
 _MANY = 8
-"""number of stretches above which an option joins those less than `_TOGETHER` apart"""
+"""Number of stretches above which an option joins neighbours that are less than `_TOGETHER` apart."""
 
-_TOGETHER = 1.0  # [s]
+_TOGETHER = 1.0  # distance of stretches that are joined [s]
 
 _DIGITS = 3  # decimals of a second in an option; ends are rounded outwards
 

@@ -11,7 +11,7 @@ from sigmatau.frozen import frozen
 from sigmatau.results import seconds
 
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
-MOST_LINES = 100
+MAX_LINES = 100
 """Largest number of lines of a fit that are listed, the strongest ones: a periodic record has thousands."""
 
 
@@ -232,7 +232,7 @@ class CrowdedLines:
     lines : int
         Lines of the model.
     share : float
-        Share of the band that they take. [1]
+        Share of the band that they cover. [1]
     highest : float
         Upper end of the interval of the random walk if they are noise. [SI]
     """
@@ -244,7 +244,7 @@ class CrowdedLines:
 
     @property
     def text(self) -> str:
-        return f"{count_text(self.lines)} spectral lines take {percent(self.share)} of the band and may be noise"
+        return f"{count_text(self.lines)} spectral lines cover {percent(self.share)} of the band and may be noise"
 
 
 @frozen
@@ -334,7 +334,7 @@ def reasons_text(reasons: Sequence[Reason]) -> str:
 
 def count_text(count: int) -> str:
     """A number of lines or processes: ``"5"``, ``"at least 100"`` if no more are listed."""
-    return f"at least {count}" if count >= MOST_LINES else str(count)
+    return f"at least {count}" if count >= MAX_LINES else str(count)
 
 
 def off_text(ratio: float) -> str:

@@ -146,13 +146,13 @@ class PartlyAtRest(Details, code="partly_at_rest"):
     kept: tuple[KeptOfStream, ...]
 
     def words(self, finding: Finding) -> Words:
-        whole = [stream for stream in self.kept if stream.left_out > 0]
-        cut = [stream for stream in self.kept if stream not in whole]
+        with_holes = [stream for stream in self.kept if stream.left_out > 0]
+        cut = [stream for stream in self.kept if stream not in with_holes]
         parts = []
-        if whole:
-            parts.append(f"{_moved(self.moved)} left out{'' if not cut else f' of {_names(whole)}'}")
+        if with_holes:
+            parts.append(f"{_motion_times(self.moved)} left out{'' if not cut else f' of {_names(with_holes)}'}")
         if cut:
-            name = f"{_names(cut)} " if whole else "partly at rest: "
+            name = f"{_names(cut)} " if with_holes else "partly at rest: "
             span, share = f"{clock(cut[0].start)} to {clock(cut[0].stop)}", percent(cut[0].share)
             parts.append(f"{name}analysed from {span}, {share} of the record")
         return Words("; ".join(parts))
@@ -190,7 +190,7 @@ def _motion(motion: Motion) -> str:
     return f"{motion.channel} changes by {size} in {two_digits(motion.tau)} s"
 
 
-def _moved(spans: tuple[Span, ...]) -> str:
+def _motion_times(spans: tuple[Span, ...]) -> str:
     total = duration_text(sum(stop - start for start, stop in spans))
     if len(spans) == 1:
         return f"motion at {clock(spans[0][0])} for {total}"

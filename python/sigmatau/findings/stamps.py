@@ -11,11 +11,15 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import RATE, WITHOUT_STAMPS, Hint
 from sigmatau.results import seconds
 
-_SURE = 1e-3  # relative error of a rate that is too small to state
-_LEAST_SHARE = 0.01  # smallest share of the intervals that is stated [%]
-_MOST_MISSING = 0.5  # share of missing samples up to which intervals cover the truth, see docs/study/gaps.md [1]
+_SURE = 1e-3  # relative error of a rate below which it is not stated
+_MIN_SHARE = 0.01  # smallest share of the intervals that is stated [%]
+_MAX_MISSING = 0.5  # share of missing samples up to which intervals cover the truth, see docs/study/gaps.md [1]
 _BAD = {
-    "missing": ("without a time stamp", "skipped", f"If their samples are good, run again with {WITHOUT_STAMPS}"),
+    "missing": (
+        "without a time stamp",
+        "skipped",
+        f"If these rows have good samples, use {WITHOUT_STAMPS}",
+    ),
     "wrong": ("with time stamps far from their neighbours", "skipped", "Find the cause if many rows are affected"),
     "repeated": (
         "with the time stamp of the row before",
@@ -75,7 +79,7 @@ class Gaps(Details, code="gaps"):
     estimated: bool = False
     period: int = 0
     even_rate: float | None = None
-    allowed_share: ClassVar[float] = _MOST_MISSING
+    allowed_share: ClassVar[float] = _MAX_MISSING
 
     def words(self, finding: Finding) -> Words:
         lost = _count(finding)
@@ -236,7 +240,7 @@ class HostStamps(Details, code="host_stamps"):
     def words(self, finding: Finding) -> Words:
         share = 100 * (finding.size or 0.0)
         what = "the time stamps do not lie on an even grid"
-        if share >= _LEAST_SHARE:
+        if share >= _MIN_SHARE:
             what = f"the time stamps are bunched ({two_digits(share)} % of the intervals too short)"
         return Words(
             f"{what}; samples treated as evenly spaced at {self.rate:.6g} Hz",
@@ -363,7 +367,7 @@ class MissingValues(Details, code="missing_values"):
     longest_place: str
     unit: Literal["rows", "samples"] = "rows"
     dropped: bool = False
-    allowed_share: ClassVar[float] = _MOST_MISSING
+    allowed_share: ClassVar[float] = _MAX_MISSING
 
     def words(self, finding: Finding) -> Words:
         equal = len(set(self.counts)) == 1

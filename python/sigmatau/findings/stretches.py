@@ -32,7 +32,7 @@ class InStretches(Details, code="in_stretches"):
 
 @frozen
 class PairsAcrossGaps(Details, code="pairs_across_gaps"):
-    """Missing samples of a record in stretches: pairs of clusters across a gap are left out.
+    """Samples of a record that is summed in stretches are missing: pairs of clusters across a gap are left out.
 
     Attributes
     ----------

@@ -21,9 +21,9 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     Attributes
     ----------
     evidence : {"gravity", "step", "noise", "bias", "quiet", "earth"}
-        What shows it. gravity: mean of an accelerometer triad. step: resolution that datasheets state in another unit.
+        What shows it. gravity: mean of an accelerometer triad. step: a resolution of datasheets, but in another unit.
         noise: more noise than any gyro. bias: bias too large for gyros with such low noise. quiet: less noise than any
-        sensor. earth: noise as low as that of gyros that measure the Earth's rotation, but another mean.
+        sensor. earth: noise as low as that of gyros that measure the Earth's rotation, but a mean that differs from it.
     quantity : str
         Quantity that the stream measures.
     stated, likely : str

@@ -158,7 +158,7 @@ class RepeatedSamples(Details, code="repeated_samples"):
     right_from : int
         Number of samples from which σ is correct.
     walk_at_log_rate, walk_at_sensor_rate : float
-        Random walk over that of the sensor, if the sensor runs at the rate of the log or at that of distinct samples. [1]
+        Ratio of the random walk to that of the sensor, if its rate is that of the log or that of distinct samples. [1]
     """
 
     pattern: Literal["held", "irregular", "rows"]
@@ -364,7 +364,7 @@ class CoarseResolution(Details, code="coarse_resolution"):
             if self.passing and (self.summed is None or self.needed is not None):
                 stated = f"{counts}, with lines every {self.passing:.3g} Hz"
         if self.rounding == "unknown":
-            return Words(_joined(stated, "what rounding adds is unknown, and intervals allow for it"), finer)
+            return Words(_joined(stated, "the noise of rounding is unknown, and intervals allow for it"), finer)
         if self.summed is None or self.needed is not None:
             long = "Record longer" if self.needed is None else f"Record {duration_text(self.needed)} or more"
             return Words(

@@ -30,8 +30,8 @@ def causes(findings: Iterable[Finding], *, rest: str, max_kinds: int = 5, room: 
     rest : str
         Where the other findings are listed.
     room : int
-        Lines of the terminal: the worst warning is listed with its action, and other warnings too as far as the
-        lines suffice. 0: without actions, except for errors.
+        Lines of the terminal that the list may use. Warnings are listed with actions as far as the
+        lines suffice, and the worst one always. 0: actions of errors only.
 
     Returns
     -------
@@ -58,8 +58,8 @@ def causes(findings: Iterable[Finding], *, rest: str, max_kinds: int = 5, room: 
 
 
 def _choose_kinds(kinds: Sequence[list[Finding]], number: int) -> list[list[Finding]]:
-    """The first `number` kinds of findings. A later kind about a further axis replaces the last info, or warning whose
-    axes other kinds name too.
+    """Select the first `number` kinds of findings, but replace some by later ones that concern axes not yet named:
+    infos first, then warnings all of whose axes have another selected kind.
     """
     shown = list(kinds[:number])
     for alike in kinds[number:]:

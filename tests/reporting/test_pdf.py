@@ -135,7 +135,7 @@ def test_names_are_text_and_never_markup():
     for name in (HEBREW, ARABIC):
         assert name[::-1] in text or name in text
     assert "a" * 26 + "…" + "a" * 13 in text
-    assert "a" * pdf._MOST_FACT not in text
+    assert "a" * pdf._MAX_FACT not in text
     assert "right\\u202eleft" in text
     assert "\u202e" not in text
     assert '#letx="$$' in text

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
 
-_SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # number of terms in a legend
+_SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # terms in a legend
 
 # Drawing one line for each of very many averaging times would be slow and make a large file, with the same appearance.
 _DRAWN_PER_OCTAVE = 256
 MARKERS = "os^DvPX*"  # one per channel
-_MOST_MARKERS = 300
+_MAX_MARKERS = 300
 
 
 class ChannelLike(Protocol):
@@ -166,7 +166,7 @@ def draw_line(
     """Draw one line with its name in the legend, its band if any, and the grid of a log-log figure."""
     shown = _visibly_different(tau)
     shown = shown[deviation[shown] > 0]
-    marker = marker if len(shown) <= _MOST_MARKERS else ""
+    marker = marker if len(shown) <= _MAX_MARKERS else ""
     tau, deviation = tau[shown], deviation[shown]
     if band is not None:
         low, high = (edge[shown] for edge in band)

@@ -27,7 +27,7 @@ PITCH = 13.5  # distance between the strips of neighbouring channels
 _STRIP = 9.0  # height of a strip; the rest is for the name of the channel
 _CLIP_RATIO = 10.0  # largest ratio to the value up to which the edges of an interval are drawn
 MARKERS = "os^Dv+"  # by channel, as their colours
-MOST_BANDS = 3  # largest number of densities whose intervals are drawn; more would hide each other
+MAX_BANDS = 3  # largest number of densities whose intervals are drawn; more would hide each other
 _DASHED, _DOTTED = (3.0, 1.5), (0.6, 1.2)  # [points]
 _GREY = "#c8cdd3"
 # RdBu of ColorBrewer (C. Brewer, Penn State), 9 classes, blue first.
@@ -104,7 +104,7 @@ def densities(
     """
     drawing, ax = _figure(width, height)
     _log_limits(ax, [curve["frequency"] for curve in curves], [curve["density"] for curve in curves], decades=1.0)
-    if len(curves) <= MOST_BANDS:
+    if len(curves) <= MAX_BANDS:
         _bands(ax, curves, "frequency", "density")
     for curve, last, colour in zip(curves, highest, COLOURS, strict=False):
         x = np.log10(curve["frequency"])

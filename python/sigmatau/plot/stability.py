@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _COLOUR_LIMITS = (1.5, 4.0)
 _MEDIAN_LABELS = 5
-_LEAST_FREEDOM = 2 / 3  # degrees of freedom of white noise at one sample, over those of eq. (26), n/m − 1
+_MIN_FREEDOM = 2 / 3  # degrees of freedom of white noise at one sample, over those of eq. (26), n/m − 1
 _CHANCE = 0.05  # share of maps of stationary noise with a coloured window, for each averaging time
 
 
@@ -75,16 +75,18 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     ratio, medians = relative(dynamic.adev)
     time, size = clock(float(dynamic.times[-1]))
     half = dynamic.step / 2
-    across = np.concatenate([dynamic.times - half, [dynamic.times[-1] + half]]) / size
+    time_edges = np.concatenate([dynamic.times - half, [dynamic.times[-1] + half]]) / size
     steps = np.sqrt(dynamic.tau[1:] / dynamic.tau[:-1]) if len(dynamic.tau) > 1 else np.array([2**0.25])
     middle = dynamic.tau[:-1] * steps if len(dynamic.tau) > 1 else np.empty(0)
-    up = np.concatenate([[dynamic.tau[0] / steps[0]], middle, [dynamic.tau[-1] * steps[-1]]])
+    tau_edges = np.concatenate([[dynamic.tau[0] / steps[0]], middle, [dynamic.tau[-1] * steps[-1]]])
     limit = colour_limit(ratio)
     coloured = np.ma.masked_where(~beyond_chance(ratio, dynamic).T, ratio.T)
-    mesh = ax.pcolormesh(across, up, coloured, norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True)
+    mesh = ax.pcolormesh(
+        time_edges, tau_edges, coloured, norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True
+    )
     empty = np.asarray(~np.isfinite(ratio).any(axis=1), dtype=np.bool_)
     for start, stop in runs(empty):
-        ax.axvspan(across[start], across[stop], facecolor="0.85", edgecolor="0.5", hatch="///", linewidth=0)
+        ax.axvspan(time_edges[start], time_edges[stop], facecolor="0.85", edgecolor="0.5", hatch="///", linewidth=0)
     hatched = "; hatched: a tenth of the window or more is missing" if empty.any() else ""
     ax.set_xlabel(f"time in the record, middle of the window [{time}]\nwhite: no more than chance{hatched}")
     ax.set_yscale("log")
@@ -123,7 +125,7 @@ def chance_limits(windows: int, dynamic: WindowLike) -> tuple[NDArray[np.float64
 
     From χ² with 2/3·(n/m − 1) degrees of freedom, fewer than for any noise term, at a level of 95 % for all windows.
     """
-    freedom = np.maximum(_LEAST_FREEDOM * (dynamic.window / dynamic.tau - 1), 1.0)
+    freedom = np.maximum(_MIN_FREEDOM * (dynamic.window / dynamic.tau - 1), 1.0)
     tail = _CHANCE / 2 / max(windows, 1)
     high, low = (np.sqrt(chi2_quantile_above(freedom, p) / freedom) for p in (tail, 1 - tail))
     return low, high

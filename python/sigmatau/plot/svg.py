@@ -77,16 +77,16 @@ class Axes:
 
     def linear_x(self, low: float, high: float, *, count: int = 7) -> None:
         """Limits, and ticks up to a largest number."""
-        self.x, self._ticks["x"] = (low, high), (_named(even_ticks(low, high, count)), [])
+        self.x, self._ticks["x"] = (low, high), (_named_ticks(even_ticks(low, high, count)), [])
 
     def linear_y(self, low: float, high: float, *, count: int = 3) -> None:
         """Limits, and ticks up to a largest number."""
-        self.y, self._ticks["y"] = (low, high), (_named(even_ticks(low, high, count, _CLOSE)), [])
+        self.y, self._ticks["y"] = (low, high), (_named_ticks(even_ticks(low, high, count, _CLOSE)), [])
 
     def line(self, x: Floats, y: Floats, colour: str, width: float, dash: tuple[float, ...] = ()) -> None:
         """A line, interrupted where a number is missing."""
         path = "".join(
-            _path(self._across(x[a:b]), self._up(y[a:b])) for a, b in runs(np.isfinite(x) & np.isfinite(y)) if b - a > 1
+            _path(self._to_x(x[a:b]), self._to_y(y[a:b])) for a, b in runs(np.isfinite(x) & np.isfinite(y)) if b - a > 1
         )
         dashes = f' stroke-dasharray="{" ".join(map(str, dash))}"' if dash else ""
         if path:
@@ -95,7 +95,7 @@ class Axes:
     def area(self, x: Floats, low: Floats, high: Floats, colour: str) -> None:
         """A transparent band."""
         path = "".join(
-            _path(self._across(np.append(x[a:b], x[a:b][::-1])), self._up(np.append(low[a:b], high[a:b][::-1]))) + "z"
+            _path(self._to_x(np.append(x[a:b], x[a:b][::-1])), self._to_y(np.append(low[a:b], high[a:b][::-1]))) + "z"
             for a, b in runs(np.isfinite(low) & np.isfinite(high))
         )
         if path:
@@ -105,7 +105,11 @@ class Axes:
         """An area whose edges are constant between `edges`, with a stroke, so that a constant signal is a line."""
         path = ""
         for a, b in runs(np.isfinite(low) & np.isfinite(high)):
-            x, lower, upper = self._across(edges[a : b + 1]).tolist(), self._up(low[a:b]).tolist(), self._up(high[a:b])
+            x, lower, upper = (
+                self._to_x(edges[a : b + 1]).tolist(),
+                self._to_y(low[a:b]).tolist(),
+                self._to_y(high[a:b]),
+            )
             upper_path = "".join(f"V{v:.1f}H{u:.1f}" for u, v in zip(x[1:], upper.tolist(), strict=True))
             back = "".join(f"V{v:.1f}H{u:.1f}" for u, v in zip(x[-2::-1], lower[::-1], strict=True))
             path += f"M{x[0]:.1f} {lower[0]:.1f}{upper_path}{back}z"
@@ -115,7 +119,7 @@ class Axes:
     def markers(self, x: Floats, y: Floats, kind: str, colour: str) -> None:
         """A small mark at each point: ``o s ^ v D +``."""
         path = ""
-        for a, b in zip(self._across(x).tolist(), self._up(y).tolist(), strict=True):
+        for a, b in zip(self._to_x(x).tolist(), self._to_y(y).tolist(), strict=True):
             if not (math.isfinite(a) and math.isfinite(b)):
                 continue
             if kind == "o":
@@ -129,7 +133,7 @@ class Axes:
         self, start: float, stop: float, low: float, high: float, colour: str, *, smallest: float = 0.0
     ) -> None:
         """A filled rectangle with a smallest width in points."""
-        (a, b), (c, d) = self._across(np.array([start, stop])).tolist(), self._up(np.array([high, low])).tolist()
+        (a, b), (c, d) = self._to_x(np.array([start, stop])).tolist(), self._to_y(np.array([high, low])).tolist()
         wide = max(b - a, smallest)
         # Drawn a little larger, so that adjacent rectangles leave no gap.
         self._parts.append(
@@ -139,7 +143,7 @@ class Axes:
 
     def text(self, x: float, y: float, text: str, *, end: bool) -> None:
         """A label below a point, at which it begins or ends."""
-        a, b = float(self._across(np.array(x))), float(self._up(np.array(y)))
+        a, b = float(self._to_x(np.array(x))), float(self._to_y(np.array(y)))
         self._written(a + (-2 if end else 2), b + _LABEL, text, "end" if end else "start", _LABEL)
 
     def frame(self, label: str | None, *, grid: bool = True) -> None:
@@ -152,7 +156,7 @@ class Axes:
             major, minor = self._ticks[axis]
             places = [value for value, _ in major]
             for values, length in ((places, _MAJOR), (minor, _MINOR)):
-                for tick in (self._across if axis == "x" else self._up)(np.array(values, dtype=np.float64)).tolist():
+                for tick in (self._to_x if axis == "x" else self._to_y)(np.array(values, dtype=np.float64)).tolist():
                     if axis == "x":
                         ticks += f"M{tick:.1f} {y1:.1f}v{-length}M{tick:.1f} {y0:.1f}v{length}"
                         lines += f"M{tick:.1f} {y0:.1f}V{y1:.1f}" if length == _MAJOR else ""
@@ -166,13 +170,13 @@ class Axes:
         box = f"M{x0:.1f} {y0:.1f}H{x1:.1f}V{y1:.1f}H{x0:.1f}z"
         self._parts.append(f'<path d="{box}{ticks}" fill="none" stroke="#000" stroke-width="{_FRAME}"/>')
         for value, text in self._ticks["y"][0]:
-            self._written(x0 - 2.5, float(self._up(np.array(value))) + 0.33 * _SIZE, text, "end", _SIZE)
+            self._written(x0 - 2.5, float(self._to_y(np.array(value))) + 0.33 * _SIZE, text, "end", _SIZE)
         if label is not None:
             for value, text in self._ticks["x"][0]:
                 half = (
                     0.26 * _SIZE * len(text)
                 )  # of the number's width; it ends where the axes do, if it would be cut off
-                place = min(float(self._across(np.array(value))), x1 + 1 - half)
+                place = min(float(self._to_x(np.array(value))), x1 + 1 - half)
                 self._written(place, y1 + 2.5 + 0.72 * _SIZE, text, "middle", _SIZE)
             self._written((x0 + x1) / 2, y1 + 3.5 + _SIZE + _LABEL, label, "middle", _LABEL)
 
@@ -184,10 +188,10 @@ class Axes:
     def _drawn(self, path: str, style: str) -> None:
         self._parts.append(f'<path d="{path}" {style} clip-path="url(#{self._clip})"/>')
 
-    def _across(self, x: Floats) -> Floats:
+    def _to_x(self, x: Floats) -> Floats:
         return np.asarray(self._x0 + (x - self.x[0]) / (self.x[1] - self.x[0]) * self._width)
 
-    def _up(self, y: Floats) -> Floats:
+    def _to_y(self, y: Floats) -> Floats:
         return np.asarray(self._y0 + (self.y[1] - y) / (self.y[1] - self.y[0]) * self._height)
 
 
@@ -204,7 +208,7 @@ def log_ticks(low: float, high: float, count: int) -> tuple[list[tuple[float, st
     values = [10.0**k * j for k in range(first - 1, last + 1) for j in (1, 2, 5) if low <= k + math.log10(j) <= high]
     if len(values) < 3:
         values, minor = even_ticks(10**low, 10**high, count), []
-    return [(math.log10(value), text) for value, text in _named(values)], minor
+    return [(math.log10(value), text) for value, text in _named_ticks(values)], minor
 
 
 def even_ticks(low: float, high: float, count: int, steps: tuple[int, ...] = _STEPS) -> list[float]:
@@ -220,7 +224,7 @@ def even_ticks(low: float, high: float, count: int, steps: tuple[int, ...] = _ST
     return []
 
 
-def _named(values: Iterable[float]) -> list[tuple[float, str]]:
+def _named_ticks(values: Iterable[float]) -> list[tuple[float, str]]:
     return [(value, number(value)) for value in values]
 
 

@@ -33,16 +33,16 @@ from sigmatau.spectrum.estimate import psd
 from sigmatau.units import FIGURE_UNITS, find
 
 _DIGITS = 5
-_MOST_TAUS = 240  # largest number of averaging times of a curve
+_MAX_TAUS = 240  # largest number of averaging times of a curve
 _PER_OCTAVE, _PER_LOW_OCTAVE = 24, 8  # densities per octave, from many segments and from a few tapers
-# intervals of a time series: most, fewest, and the number of channels up to which each has the most
-_BINS, _LEAST_BINS, _FULL_CHANNELS = 2000, 300, 12
+# largest and smallest number of intervals of a time series; number of channels up to which each has the largest
+_BINS, _MIN_BINS, _FULL_CHANNELS = 2000, 300, 12
 _WINDOWS = 20  # windows of a map in the length of the record
 _STEPS_PER_WINDOW = 4
-_LOST = 0xFFFF  # code of NaN in packed numbers
+_NAN_CODE = 0xFFFF  # code of NaN in packed numbers
 
 LONGEST = 1 << 24
-"""Samples of a stream from which its densities and its map are computed."""
+"""Largest number of samples of a stream for its densities and its map; later samples are ignored."""
 
 TITLES = {"angular_rate": "Gyroscope", "acceleration": "Accelerometer"}
 
@@ -60,7 +60,7 @@ def collect_charts(analysis: Analysis, record: Record | None, used: Record | Non
     """
     kinds: Mapping[str, Kind] = analysis.curves if record is None else _kinds(analysis, record)
     names = tuple(kinds)
-    bins = max(_LEAST_BINS, min(_BINS, _BINS * _FULL_CHANNELS // len(names)))
+    bins = max(_MIN_BINS, min(_BINS, _BINS * _FULL_CHANNELS // len(names)))
     channels: dict[str, dict[str, Any]] = {name: {} for name in names}
     for name, curve in analysis.curves.items():
         channels[name]["deviation"] = _deviation(curve, analysis.fits.get(name))
@@ -172,10 +172,10 @@ def _parts(fitted: NoiseFit, m: NDArray[np.int64]) -> dict[str, Floats]:
 
 
 def _thinned(tau: Floats) -> NDArray[np.intp]:
-    """Indices of at most `_MOST_TAUS` averaging times, evenly spaced on a logarithmic scale."""
-    if len(tau) <= _MOST_TAUS:
+    """Indices of at most `_MAX_TAUS` averaging times, evenly spaced on a logarithmic scale."""
+    if len(tau) <= _MAX_TAUS:
         return np.arange(len(tau))
-    wanted = np.geomspace(tau[0], tau[-1], _MOST_TAUS)
+    wanted = np.geomspace(tau[0], tau[-1], _MAX_TAUS)
     return np.unique(np.searchsorted(tau, wanted * (1 - 1e-9)).clip(0, len(tau) - 1))
 
 
@@ -270,9 +270,9 @@ def packed(values: Floats) -> dict[str, Any]:
     finite = np.isfinite(values)
     low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 0.0)
     span = high / 2 - low / 2  # halved, because the difference of two doubles may overflow
-    scaled = np.full(len(values), _LOST, dtype="<u2")
+    scaled = np.full(len(values), _NAN_CODE, dtype="<u2")
     if span > 0:
-        scaled[finite] = np.round((values[finite] / 2 - low / 2) / span * (_LOST - 1)).astype("<u2")
+        scaled[finite] = np.round((values[finite] / 2 - low / 2) / span * (_NAN_CODE - 1)).astype("<u2")
     else:
         scaled[finite] = 0
     return {"low": low, "high": high, "data": base64.b64encode(scaled.tobytes()).decode("ascii")}
@@ -282,5 +282,5 @@ def unpacked(values: Mapping[str, Any]) -> Floats:
     """Decode what `packed` encoded."""
     scaled = np.frombuffer(base64.b64decode(values["data"]), dtype="<u2")
     low, high = values["low"], values["high"]
-    numbers = low + (high / 2 - low / 2) * (scaled / (_LOST - 1)) * 2
-    return np.where(scaled == _LOST, np.nan, numbers)
+    numbers = low + (high / 2 - low / 2) * (scaled / (_NAN_CODE - 1)) * 2
+    return np.where(scaled == _NAN_CODE, np.nan, numbers)

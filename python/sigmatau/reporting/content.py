@@ -34,7 +34,7 @@ from sigmatau.results import duration_text, noted_unit, printable, seconds
 _LARGEST_FILE = 20_000  # longest file for a filter that is shown [characters]
 # targets that approximate flicker noise by states, which takes as long as the rest of a report
 _SLOW = ("state-space",)
-_MOST_SPANS = 20  # largest number of spans of a finding that are listed
+_MAX_SPANS = 20  # largest number of spans of a finding that are listed
 _SAME_AVAR = 1e-6  # relative difference of Allan variances of the same samples, summed in another order
 
 
@@ -43,7 +43,7 @@ class Coefficients:
     """The table of one channel."""
 
     channel: str
-    verdict: str  # what describes the channel, and its p-value
+    verdict: str  # verdict on the fit or the read-off, with its p-value
     trust: str  # "good", "partial", "poor"; empty without a fit
     rows: tuple[tuple[str, str, str, str], ...]  # term, value or limit, interval or reason, unit
     notes: tuple[str, ...]
@@ -110,7 +110,7 @@ def collect_content(
     record : Record or None
         As it was given to the analysis; without it the report has no densities, no time series and no map.
     notes : mapping of str to str, optional
-        What the user says of the record, by name.
+        Information about the record from the user, by name.
     command : str, optional
         The command line that made the report.
     date : datetime, optional
@@ -124,7 +124,7 @@ def collect_content(
     used = None
     if record is not None and analysis.curves.keys() <= analysis.masks.keys():
         record = _as_analysed(record)
-        used = _used(analysis, record)
+        used = _used_record(analysis, record)
     files, no_files = filter_files(analysis, targets)
     return Content(
         title=printable(noted_unit(notes or {}) or (_file_name(analysis) if certificate is None else certificate.item)),
@@ -155,7 +155,7 @@ def _as_analysed(record: Record) -> Record:
     return from_the_start(record)
 
 
-def _used(analysis: Analysis, record: Record) -> Record:
+def _used_record(analysis: Analysis, record: Record) -> Record:
     """The part of a record that was analysed. Raises `OptionError` if its channels, rate or samples are not those of the
     curves.
     """
@@ -200,8 +200,8 @@ def _verdict(analysis: Analysis) -> str:
 
 def finding_text(finding: Finding, words: Words | None = None) -> FindingText:
     """A finding in words: those of files, or others."""
-    spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
-    hidden = len(finding.spans) + finding.more_spans - _MOST_SPANS
+    spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MAX_SPANS]]
+    hidden = len(finding.spans) + finding.more_spans - _MAX_SPANS
     message, action = finding.words_of_files() if words is None else words
     return FindingText(
         severity=finding.severity,

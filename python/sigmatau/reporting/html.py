@@ -230,7 +230,7 @@ _CHARTS = (
     (
         "residuals",
         "Residuals",
-        "Measured Allan deviation over that of the model, with its interval. A model that holds stays near 1.{model}",
+        "Measured Allan deviation over that of the model, with its interval. A good model stays near 1.{model}",
     ),
     (
         "series",

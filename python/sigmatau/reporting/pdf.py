@@ -34,16 +34,16 @@ from sigmatau.units import density_text
 _TEXT_WIDTH = 174.0  # of a page [mm]
 _GUTTER = 6.0  # between two columns of figures [mm]
 _HEIGHTS = {"deviation": 58.0, "density": 52.0, "residuals": 44.0}  # [mm]
-_ONE_COLUMN = 1.25  # heights of figures as wide as the page, over those
+_ONE_COLUMN = 1.25  # height of a figure as wide as the page, over that of one
 _PANEL = 6  # number of channels in a panel, each with a colour
 _BINS_PER_MM = 6  # intervals of a time series per millimetre
-_MOST_NAME, _MOST_TITLE, _MOST_MESSAGE, _MOST_FACT = 40, 160, 600, 1200  # characters
+_MAX_NAME, _MAX_TITLE, _MAX_MESSAGE, _MAX_FACT = 40, 160, 600, 1200  # longest texts [characters]
 _NOTES_AT_ONCE = 4  # largest number of notes on the page that is signed; more notes have a separate section
 _LARGEST = 1000.0  # largest number at the axis of a time series
 # characters outside Libertinus Serif and DejaVu Sans Mono
 _BEYOND_FONTS = re.compile("[\u0700-\u1dff\u2c00-\U0010ffff]")
 _MARKS = {"o": "●", "s": "■", "^": "▲", "D": "◆", "v": "▼", "+": "✚"}
-_MOST_LISTED = 12  # largest number of names in a sentence
+_MAX_LISTED = 12  # largest number of names in a sentence
 _WITH_RESULTS = 2  # largest number of panels of Allan deviations on the page that is signed
 
 
@@ -91,7 +91,7 @@ def _values(content: Content) -> dict[str, Any]:
         "verdict": VERDICTS.get(content.verdict, ("", "")),
         "date": content.date,
         "made_by": content.made_by,
-        "given": [[_cut(key, _MOST_NAME), _cut(text, _MOST_TITLE)] for key, text in content.notes],
+        "given": [[_cut(key, _MAX_NAME), _cut(text, _MAX_TITLE)] for key, text in content.notes],
         "checksum": dict(content.done).get("SHA-256", ""),
         "overview": _overview(content),
         "no_overview": "" if content.overview else _no_coefficients(content),
@@ -101,7 +101,7 @@ def _values(content: Content) -> dict[str, Any]:
         "figures": _figures(content.charts),
         "coefficients": [_table(item) for item in content.coefficients if item.rows or item.notes],
         "legend": content.legend.replace("\n  ", " ").replace("`", "").split("\n"),
-        "done": [(_cut(printable(name), 2 * _MOST_NAME), _cut(text, _MOST_FACT)) for name, text in content.done],
+        "done": [(_cut(printable(name), 2 * _MAX_NAME), _cut(text, _MAX_FACT)) for name, text in content.done],
         "files": [{"name": f"{item.target}.txt", "text": item.text} for item in content.files],
         "no_files": content.no_files,
     }
@@ -144,7 +144,7 @@ def _cut(text: str, length: int) -> str:
 
 
 def _name(text: str) -> str:
-    return _cut(printable(text), _MOST_NAME)
+    return _cut(printable(text), _MAX_NAME)
 
 
 def _numbers(text: str) -> str:
@@ -194,10 +194,10 @@ def _finding_values(finding: FindingText) -> dict[str, str]:
     return {
         "kind": finding.severity,
         "word": SEVERITIES[finding.severity],
-        "axes": _cut(finding.axes, 2 * _MOST_NAME),
-        "message": _numbers(_cut(finding.message, _MOST_MESSAGE)) + ".",
-        "action": _cut(finding.action, _MOST_MESSAGE) + "." if finding.action else "",
-        "where": f"At {_cut(finding.where, _MOST_MESSAGE)}." if finding.where else "",
+        "axes": _cut(finding.axes, 2 * _MAX_NAME),
+        "message": _numbers(_cut(finding.message, _MAX_MESSAGE)) + ".",
+        "action": _cut(finding.action, _MAX_MESSAGE) + "." if finding.action else "",
+        "where": f"At {_cut(finding.where, _MAX_MESSAGE)}." if finding.where else "",
     }
 
 
@@ -207,7 +207,7 @@ def _table(table: Coefficients) -> dict[str, Any]:
         "verdict": _numbers(table.verdict),
         "trust": table.trust,
         "rows": [[_numbers(text) for text in row] for row in table.rows],
-        "notes": [_numbers(_cut(note, _MOST_MESSAGE)) for note in table.notes],
+        "notes": [_numbers(_cut(note, _MAX_MESSAGE)) for note in table.notes],
     }
 
 
@@ -235,7 +235,7 @@ def _panels(sensors: Sequence[Mapping[str, Any]]) -> list[_Panel]:
         for k in range(0, len(names), _PANEL):
             shared = names[k : k + _PANEL]
             title = group[0]["title"] if len(group) == 1 else " … ".join(dict.fromkeys((shared[0], shared[-1])))
-            panels.append(_Panel(title=_cut(printable(title), 2 * _MOST_NAME), units=units, names=tuple(shared)))
+            panels.append(_Panel(title=_cut(printable(title), 2 * _MAX_NAME), units=units, names=tuple(shared)))
     return panels
 
 
@@ -263,7 +263,7 @@ def _figures(charts: Mapping[str, Any]) -> dict[str, Any]:
     ]
     figures |= _maps(panels, channels, width)
     figures["fitted"] = bool(figures["residuals"])
-    figures["bands"] = all(len(panel.names) <= printed.MOST_BANDS for panel in panels)
+    figures["bands"] = all(len(panel.names) <= printed.MAX_BANDS for panel in panels)
     figures["first"] = len(panels) <= _WITH_RESULTS
     figures["interval"] = next(
         (
@@ -384,7 +384,7 @@ def _zero(low: Floats, high: Floats) -> tuple[float, str]:
 
 
 def _maps(panels: Sequence[_Panel], channels: Mapping[str, Mapping[str, Any]], width: float) -> dict[str, Any]:
-    """Panels of the maps on which there is something, which share one scale of colours; and the channels of the others."""
+    """Panels of the maps with coloured windows, which share one scale of colours; and the channels of the others."""
     maps: dict[str, printed.Map] = {}
     for name, channel in channels.items():
         if "map" in channel:
@@ -404,6 +404,6 @@ def _maps(panels: Sequence[_Panel], channels: Mapping[str, Mapping[str, Any]], w
             labels = [{"name": _name(name), "more": ""} for name in shown]
             height = printed.strips_height(len(shown))
             drawn.append({"title": panel.title, "unit": "", "svg": svg, "height": height, "labels": labels})
-    listed = ", ".join(_name(name) for name in hidden[:_MOST_LISTED])
-    hidden_words = f" and {len(hidden) - _MOST_LISTED} more" if len(hidden) > _MOST_LISTED else ""
+    listed = ", ".join(_name(name) for name in hidden[:_MAX_LISTED])
+    hidden_words = f" and {len(hidden) - _MAX_LISTED} more" if len(hidden) > _MAX_LISTED else ""
     return {"map": drawn, "limit": limit, "colours": list(printed.MAP_COLOURS), "plain": listed + hidden_words}

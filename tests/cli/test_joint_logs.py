@@ -103,7 +103,7 @@ def test_all_coefficients(run):
     [
         ("bad.csv", 1, "bad.csv: "),
         ("short.csv", 5, "short.csv: "),
-        ("moving.csv", 5, "moving.csv: the sensor is not at rest, and is not in the joint fit"),
+        ("moving.csv", 5, "moving.csv is not in the joint fit: the sensor is not at rest"),
         ("absent.csv", 1, "absent.csv: there is no such file"),
     ],
 )
@@ -131,10 +131,10 @@ def test_a_constant_channel_is_left_out_of_that_run(run, tmp_path):
         (["day0.csv", "fast.csv", "--joint"], 1, "fast.csv: gyro_x has 20 Hz, in day0.csv it has 10 Hz"),
         (["day0.csv", "other.csv", "--joint"], 2, "--joint needs at least two logs with the same channel"),
         (["day0.csv", "bad.csv", "--joint"], 1, "--joint needs two or more logs that can be used: 1 of 2 can"),
-        ([*DAYS, "--joint", "--report", "r.html"], 2, "--report is of single logs"),
-        ([*DAYS, "--joint", "--overlay", "o.png"], 2, "--overlay is of single logs"),
-        ([*DAYS, "--joint", "--read-off-at", "random_walk=1s:10s"], 2, "--read-off-at is of single logs"),
-        ([*DAYS, "--joint", "--jobs", "2"], 2, "--jobs is of single logs"),
+        ([*DAYS, "--joint", "--report", "r.html"], 2, "--report applies to single logs"),
+        ([*DAYS, "--joint", "--overlay", "o.png"], 2, "--overlay applies to single logs"),
+        ([*DAYS, "--joint", "--read-off-at", "random_walk=1s:10s"], 2, "--read-off-at applies to single logs"),
+        ([*DAYS, "--joint", "--jobs", "2"], 2, "--jobs applies to single logs"),
         ([*DAYS, "--joint", "--method", "gls"], 2, "--joint needs --method likelihood, not gls"),
         ([*DAYS, "--joint", "--common", "foo"], 2, "--common: 'foo' cannot be common to runs"),
         ([*DAYS, "--common", "none"], 2, "--common needs --joint"),

@@ -28,7 +28,7 @@ def test_every_byte_of_the_file_is_counted(tmp_path, name):
 
 def test_the_bar_follows_the_reader_and_begins_anew_with_a_second_pass(tmp_path, monkeypatch):
     log = tmp_path / "log"
-    log.write_bytes(bytes(reading._LEAST_PROGRESS + 1))
+    log.write_bytes(bytes(reading._MIN_PROGRESS + 1))
     size = log.stat().st_size
     counts = iter([1000, 1000 + size // 4, 1000 + size // 2, 1000 + size + size // 4])
     last = [1000]
@@ -56,7 +56,7 @@ def test_the_bar_follows_the_reader_and_begins_anew_with_a_second_pass(tmp_path,
 
 def test_nothing_is_followed_where_nobody_looks(tmp_path, monkeypatch):
     log = tmp_path / "log"
-    log.write_bytes(bytes(reading._LEAST_PROGRESS + 1))
+    log.write_bytes(bytes(reading._MIN_PROGRESS + 1))
     monkeypatch.setattr(reading.threading, "Thread", None)  # would be an error to start
     with reading.reading_shown(log, quiet=True):
         pass

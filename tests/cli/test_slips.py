@@ -49,7 +49,7 @@ def test_what_the_message_says_works(log, case, capsys):
         (("analyze", "log.csv", *RIGHT, "--scale", "gyro=0,01"), "Write a decimal number with a point, e.g. gyro=0.01"),
         (("analyze", "-"), "live samples: … | sigmatau watch"),
         (("inspect", "log.csv", "day2.csv"), "takes one file, and day2.csv is one more. Run it once for each file"),
-        (("fleet", "log.csv"), "the logs come behind the word analyze: sigmatau fleet analyze log.csv"),
+        (("fleet", "log.csv"), "the logs follow the word analyze: sigmatau fleet analyze log.csv"),
         (("fleet", "analyze", "log.csv", "--export", "kalibr=a.yaml"), "sigmatau analyze LOG --export TARGET=FILE"),
         (("analyze", "log.csv", "--export", "kalib=a.yaml"), "unknown target 'kalib', perhaps kalibr; targets:"),
     ],

@@ -19,7 +19,7 @@ from sigmatau.process import keep_freed
 if TYPE_CHECKING:
     from cyclopts import CycloptsError
 
-_UNUSED_HINT = "Write the values of an option directly behind it (gyro=… accel=…); run the command once for each file."
+_UNUSED_HINT = "Write the values of an option directly after it (gyro=… accel=…); run the command once for each file."
 _OTHER_NAMES = {
     ("lot", "--datasheet"): "the specification is --spec",
     ("analyze", "--datasheet"): "after analyze --json RESULT.json: sigmatau lot RESULT.json --spec NAME",
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     from cyclopts import CycloptsError
 
     from sigmatau.cli.app import app
-    from sigmatau.cli.earlier import settled
+    from sigmatau.cli.earlier import removing_stale_outputs
     from sigmatau.cli.symbols import plain_streams
     from sigmatau.cli.words import repeat_options, with_config
     from sigmatau.errors import DataError, OptionError
@@ -72,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     plain_streams()
     words = sys.argv[1:] if argv is None else list(argv)
     try:
-        with _termination(), settled():
+        with _termination(), removing_stale_outputs():
             result = copy_context().run(  # the units of ``--show`` are reset after the command
                 app,
                 [*words[1:], "--help"] if words[:1] == ["help"] else repeat_options(app, with_config(words)),
@@ -82,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             )
             sys.stdout.flush()
     except CycloptsError as error:
-        return _fail(_in_words(error), 2)
+        return _fail(_error_text(error), 2)
     except OptionError as error:
         return _fail(str(error), 2, rows=error.rows)
     except (DataError, ImportError) as error:
@@ -112,7 +112,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return result if isinstance(result, int) else 0
 
 
-def _in_words(error: CycloptsError) -> str:
+def _error_text(error: CycloptsError) -> str:
     """Describe an error of the command line, with the text to type."""
     from cyclopts import CoercionError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
@@ -134,7 +134,7 @@ def _in_words(error: CycloptsError) -> str:
     if isinstance(error, CoercionError) and error.token and (command, error.token.keyword) == ("deviation", "--kind"):
         return _explain_kind(error.token.value)
     if command == "fleet" and isinstance(error, CoercionError) and error.token and not error.token.keyword:
-        return f"the logs come behind the word analyze: sigmatau fleet analyze {error.token.value}"
+        return f"the logs follow the word analyze: sigmatau fleet analyze {error.token.value}"
     if isinstance(error, UnknownOptionError):
         option = (error.token.keyword or error.token.value).partition("=")[0]
         if option == "-":

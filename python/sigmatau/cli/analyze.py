@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from sigmatau.reporting.certificate_file import CertificateFile
 
 # largest number of lines of findings, which fill a screen of 24 lines with the table of six axes, the hints and a prompt
-_MOST_LINES = 10
+_MAX_LINES = 10
 
 
 def analyze_command(
@@ -163,7 +163,7 @@ def analyze_command(
     if common is not None and not (joint or joint_axes):
         raise OptionError("--common needs --joint", option="common")
     if slope is not None and (joint or joint_axes or str(json) == "-"):
-        raise OptionError("--slope is printed of the curves of one log, without --joint and --json -", option="slope")
+        raise OptionError("--slope needs the curves of one log: leave out --joint and --json -", option="slope")
     if joint or joint_axes:
         from sigmatau.cli.joint import joint_command, parse_common, refuse
 
@@ -261,7 +261,7 @@ def _analyze_log(
     else:
         exports.write(attempts, analysis, result=outputs.files.get("json"), quiet=quiet)
     if not (verbose or attempts.errors):
-        for line in wrapped([_next(outputs, exports, analysis)]):
+        for line in wrapped([_output_hints(outputs, exports, analysis)]):
             say(line, quiet=quiet)
     return attempts.finish(code)
 
@@ -275,7 +275,7 @@ def _print_result(analysis: Analysis, outputs: Outputs, *, verbose: bool, quiet:
         _by_sensor(analysis, with_table=with_table, quiet=quiet)
         _say_refused(analysis, with_table=with_table, quiet=quiet)
         return
-    messages = wrapped(causes(analysis.findings, rest="--verbose", room=_MOST_LINES))
+    messages = wrapped(causes(analysis.findings, rest="--verbose", room=_MAX_LINES))
     if with_table:
         _table(screen(analysis, below=len(messages) + 1, legend=not quiet))
         by_hand = lines_by_hand(analysis)
@@ -398,7 +398,7 @@ def _in_a_process(
     return analysis
 
 
-def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
+def _output_hints(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
     """Hints on options that were not given."""
     offers = ["-v"]
     offers += ["report: --report r.html"] if outputs.report is None else []

@@ -120,7 +120,7 @@ sigmatau compare table1.csv
 sigmatau compare --store lab.db --unit "A*\"""",
     ),
     "lot": (
-        "Judge a lot of units against a specification and each other; exit code 3 if a unit fails, 4 if one is not judged.",
+        "Judge a production lot against a specification, unit by unit; exit code 3 if one fails, 4 if one is unjudged.",
         """\
 sigmatau lot unit1.json unit2.json --spec spec.toml -o lot.html
 sigmatau lot shift --expect 2 --spec spec.toml -o lot.pdf -o lot.xml --results results
@@ -147,7 +147,7 @@ sigmatau app logs --port 8765 --no-browser
 sigmatau app --serial /dev/ttyUSB0 --rate 100 --channels gyro=1:3 --unit gyro=rad/s --save static.csv""",
     ),
     "demo": (
-        "Simulate two hours of a unit of the paper, analyse the log, and compare the result with the truth.",
+        "Simulate two hours of one of the paper's three units, analyse the log, and compare the result with the truth.",
         """sigmatau demo --output demo
 sigmatau demo --unit motionpak2 --output mems""",
     ),

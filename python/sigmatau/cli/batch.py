@@ -147,7 +147,7 @@ def _outcome(
 def _why_ended(code: int | None) -> str:
     if code is not None and code < 0:
         name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
-        why = " (the system does that when memory is short: fewer --jobs)" if name == "SIGKILL" else ""
+        why = " (the system does that when memory is short: use fewer --jobs)" if name == "SIGKILL" else ""
         return f"its process was ended by {name}{why}"
     return f"its process ended with exit code {code}"
 

@@ -34,7 +34,7 @@ from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.results import csv_text
 
-_MOST_UNUSED = 10  # largest number of unused results that are listed on the screen
+_MAX_UNUSED = 10  # largest number of unused results that are listed on the screen
 
 _UNUSABLE = 1
 
@@ -167,12 +167,12 @@ def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:
 def _print_unused(comparison: RunComparison, *, quiet: bool) -> int:
     """List the results that were not compared; return the exit code."""
     lines = unused_lines(comparison)
-    for line in lines[:_MOST_UNUSED]:
+    for line in lines[:_MAX_UNUSED]:
         if line.startswith("not used: "):
             sys.stderr.write("sigmatau: ")
             say(line)
         else:
             say(line, quiet=quiet)
-    if len(lines) > _MOST_UNUSED:
-        say(f"and {len(lines) - _MOST_UNUSED} more: --json lists them")
+    if len(lines) > _MAX_UNUSED:
+        say(f"and {len(lines) - _MAX_UNUSED} more: --json lists them")
     return _UNUSABLE if comparison.unused else 0

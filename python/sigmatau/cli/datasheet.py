@@ -81,4 +81,4 @@ def check_model(
         find_datasheet(str(path))
     except (OptionError, DataError):
         return
-    raise DataError(f"{path}: there is no such file, but a datasheet: {instead.format(path)}")
+    raise DataError(f"{path}: is the name of a datasheet, not of a file: {instead.format(path)}")

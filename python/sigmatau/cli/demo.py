@@ -77,14 +77,14 @@ def demo_command(
     with working(f"writing {page}", quiet=quiet):
         report(analysis, page, record=record, command=command_line())
     write_json(analysis.to_dict(), result)
-    sys.stdout.write(f"{analysis.overview()}\n\n{_beside_truth(analysis, model)}\n")
+    sys.stdout.write(f"{analysis.overview()}\n\n{_compare_with_truth(analysis, model)}\n")
     if note:
         say(note, quiet=quiet)
     say(f"written: {model_file}, {log}, {result}, {page}", quiet=quiet)
     return 0
 
 
-def _beside_truth(analysis: Analysis, model: NoiseModel) -> str:
+def _compare_with_truth(analysis: Analysis, model: NoiseModel) -> str:
     rows = [("", "truth", "95 % interval", "", "read-off error")]
     for channel, truth in model.channels.items():
         fitted, read = analysis.fits[channel], analysis.read_off[channel]

@@ -53,7 +53,7 @@ def density_command(
     table
         Table of frequency and density, such as CSV with a header: frequency [Hz],psd one-sided [(deg/s)^2/Hz].
     columns
-        The columns by name or number: frequency=f,density=3. Default: by their names.
+        The columns by name or number: frequency=f,density=3. Default: recognised by their names.
     unit
         Unit of the density, "(deg/s)^2/Hz", or of its root: mdps/rtHz, ug/rtHz, nT/rtHz. Default: that of the header.
     sided
@@ -62,10 +62,10 @@ def density_command(
         Number of averaged independent spectra, for the coefficients and their intervals. Default: none; then only
         deviations are computed.
     rate
-        Sampling rate in Hz, of a density of samples: the sum over clusters is then exact, and quantization noise is
+        Sampling rate in Hz, if the density is that of samples: discrete time is then exact, and quantization noise is
         fitted. Default: continuous time.
     taus
-        Averaging times, in seconds or with units: 0.1,1,10min. Default: two in an octave, all that the frequencies show.
+        Averaging times, in seconds or with units: 0.1,1,10min. Default: two per octave that the frequencies allow.
     channel
         Name of the channel in the model: gyro_x. Default: gyro or accel by the unit, or the name of the column.
     output
@@ -126,7 +126,9 @@ def _check_name(name: str, quantity: str) -> None:
     """Raise `OptionError` for a channel of a sensor that does not have this unit."""
     wanted = {"gyro": "angular_rate", "accel": "acceleration"}.get(stream_name(name), "signal")
     if wanted != quantity:
-        raise OptionError(f"--channel {name}: the unit is that of another sensor, {quantity}", option="channel")
+        raise OptionError(
+            f"--channel {name}: the unit does not fit this sensor: it is that of {quantity}", option="channel"
+        )
 
 
 def _fitted(measured: MeasuredDensity, averages: float, tau0: float | None, *, quiet: bool) -> PsdFit:
@@ -135,7 +137,7 @@ def _fitted(measured: MeasuredDensity, averages: float, tau0: float | None, *, q
     if step > 1:
         which = {2: "second", 3: "third"}.get(step, f"{step}th")
         say(
-            f"info: neighbouring densities are correlated, as those of a window: every {which} is used for the coefficients",
+            f"info: neighbouring densities are correlated, as after a window: coefficients use every {which} one",
             quiet=quiet,
         )
     return fit_psd(
@@ -153,7 +155,7 @@ def _table(name: str, curve: AvarFromPsd, measured: MeasuredDensity, quantity: s
     text, factor = display_units("bias_instability", quantity, measured.unit, [middle])[-1]
     band = f"from {curve.f_min:.4g} to {curve.f_max:.4g} Hz"
     head = f"{name}: Allan deviation [{text}] of a {measured.sided}-sided density {band}"
-    lines = [head, f"  {'τ [s]':>10}  {'σ':>11}  at most, with what is outside the band"]
+    lines = [head, f"  {'τ [s]':>10}  {'σ':>11}  at most, with noise outside the band"]
     for tau, adev, limit in zip(curve.tau.tolist(), curve.adev / factor, curve.adev_at_most / factor, strict=True):
         lines.append(f"  {tau:10.4g}  {significant(adev, 4, zeros=True):>11}  {significant(limit, 4, zeros=True):>11}")
     return "\n".join([*lines, f"  outside: {curve.outside}"])

@@ -21,8 +21,8 @@ _expected: ContextVar[dict[Path, _State]] = ContextVar("expected")
 
 
 @contextlib.contextmanager
-def settled() -> Iterator[None]:
-    """Run a command, then remove the files of `expect` that it did not replace."""
+def removing_stale_outputs() -> Iterator[None]:
+    """Run a command, then remove those files that `expect` names and the command did not replace."""
     token = _expected.set({})
     try:
         yield
@@ -35,7 +35,7 @@ def expect(*paths: Path | None, csv: Path | None = None) -> None:
     """Declare the outputs of this command after its options were checked. If the command fails, results of an earlier run
     in these places are removed; other files remain.
 
-    `csv`: the file of the curves is included.
+    With `csv`, the file of the curves is an output too.
     """
     from sigmatau.io.written import is_result
 

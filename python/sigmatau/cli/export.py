@@ -204,7 +204,7 @@ def _about(target: Target) -> str:
         "file": ", ".join([target.ending, *(e for e in target.binary if e != target.ending)]),
         "--filter-rate": "required, unless the source is a result" if target.needs_rate else "not needed",
         "--step": "step of the filter" if target.has_step else "none",
-        "--horizon": "time after which the error is stated right; default 60s"
+        "--horizon": "time after which the error is stated correctly; default 60s"
         if target.has_walk
         else ("supported, also " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
         "--axes": "none: every axis separately" if target.every_axis else axes,

@@ -128,7 +128,7 @@ def fleet_command(
         if renamed := stored.describe(
             {log_place: values for log_place, values in runs.items() if values and log_place in stored_places}
         ):
-            say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
+            say(f"time or temperature of {renamed} runs in the store changed", quiet=quiet)
         failures = {} if retry_failed else stored.failures(named)
         before = _before(len(named) - len(wanted), len(failures))
         if before and wanted:
@@ -160,7 +160,7 @@ def _run(client: Client, wanted: Sequence[Log], job: FleetJob, tally: _Tally, *,
         if not tally.finished:
             raise
         raise DataError(
-            f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command goes on with the others"
+            f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command continues"
         ) from None
 
 

@@ -51,7 +51,7 @@ def refuse(
     for option, value in single.items():
         if value is not None:
             raise OptionError(
-                f"--{option} is of single logs, and --joint makes one result of all; run it without --joint",
+                f"--{option} applies to single logs, and --joint makes one result of all; run it without --joint",
                 option=option,
             )
 

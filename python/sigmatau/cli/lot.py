@@ -48,7 +48,7 @@ from sigmatau.noise.terms import check_shown
 from sigmatau.reporting.report import report
 from sigmatau.results import printable
 
-_MOST_JOBS = 4  # largest default number of processes; each holds a record in memory
+_MAX_JOBS = 4  # largest default number of processes; each holds a record in memory
 _LARGEST_LIST = 1 << 20  # largest size of a list of units [bytes]
 _USAGE_ERRORS = 2  # number of first logs that are reported as one error if none can be read because of an option
 
@@ -246,7 +246,7 @@ def _stored(
         groups = sorted({*TEMPERATURE.groups(store.runs(chosen).columns()["temperature"])})
         if len(groups) > 1:
             raise OptionError(
-                f"the store has runs {', '.join(groups)}; a lot is of one temperature, give --temperature",
+                f"the store has runs at {', '.join(groups)}; a lot has one temperature, give --temperature",
                 option="temperature",
             )
         latest = store.units_latest(chosen)
@@ -377,11 +377,11 @@ def _analysed(
 ) -> dict[str, UnitResult]:
     """Analyse the logs, and compare each with the specification.
 
-    Raises `OptionError` for an option that the first logs lack.
+    Raises `OptionError` if the first logs cannot be read because of an option.
     """
     if not logs:
         return {}
-    parallel = min(jobs or min(os.cpu_count() or 1, _MOST_JOBS), len(logs))
+    parallel = min(jobs or min(os.cpu_count() or 1, _MAX_JOBS), len(logs))
     threads = max((os.cpu_count() or 1) // parallel, 1)
     pages = {} if reports is None else {log: reports / f"{names[log]}.html" for log in logs}
     work = partial(_work, readings=readings, pages=pages, command=command_line(), threads=threads)

@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 _GLUE = "\x1f"  # placeholder for a non-breaking space
-_INDENT, _INDENT_OF_ACTION = 2, 5  # indent of the first and of the further continuation lines [characters]
+_INDENT, _INDENT_OF_ACTION = 2, 5  # indent of continuation lines: of a message, of an action [characters]
 _ENDS = (".", ",", ";", ":", ")")  # ends of a clause, after which a command does not continue
 _PREFIX = "sigmatau:"  # prefix of an error; the name of a file follows on the same line
 _PROGRAMS = ("sigmatau", "pip")  # first words of commands

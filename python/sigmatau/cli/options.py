@@ -274,8 +274,8 @@ def screen(analysis: Analysis, *, below: int, legend: bool = True) -> str:
     panels: dict[str, dict[str, DeviationCurve]] = {}
     for channel, curve in analysis.curves.items():
         panels.setdefault(f"{curve.quantity} {curve.unit}", {})[channel] = curve
-    height = min(size.lines - len(text.splitlines()) - below - 2, _MOST_PLOT_LINES)
-    if height < _LEAST_PLOT_LINES or not _in_unicode() or len(panels) > _MOST_PANELS:
+    height = min(size.lines - len(text.splitlines()) - below - 2, _MAX_PLOT_LINES)
+    if height < _MIN_PLOT_LINES or not _in_unicode() or len(panels) > _MAX_PANELS:
         return text
     from sigmatau.plot.terminal import text_plot
 

@@ -89,14 +89,14 @@ def plan_command(
     if hours is not None and not 0 < hours < float("inf"):
         raise OptionError(f"--hours {hours:g}: must be a positive number", option="hours")
     plans = []
-    misfits = []  # channels whose unit does not fit the value: "deg/h" is not for an accelerometer
+    misfits = []  # units of the channels that the value does not fit: "deg/h" is not for an accelerometer
     for name in channels or noises:
         channel = noises[name]
         processes = getattr(channel.noise, "gauss_markov", ())
         if not processes and not any(v for t, v in channel.noise.items() if t not in (term, "rate_ramp")):
             if channels:
                 raise OptionError(
-                    f"{name}: has no noise ignored {term}, so any value of it is visible", option="channels"
+                    f"{name}: has no noise besides {term}, so any value of it is visible", option="channels"
                 )
             continue
         frequency = rate if rate is not None else channel.rate
@@ -131,7 +131,7 @@ def plan_command(
     if not plans:
         if value is not None and misfits:
             value_in_si(value, misfits[-1], "--value")  # raises an error that lists the possible units
-        raise OptionError(f"{source}: no channel has noise ignored {term}", option="term")
+        raise OptionError(f"{source}: no channel has noise besides {term}", option="term")
     write_result("\n".join(map(repr, plans)), [plan.to_dict() for plan in plans], Path("-") if json else None)
     return 0
 

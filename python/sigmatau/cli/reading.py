@@ -19,7 +19,7 @@ from sigmatau.record.record import Record
 
 _PROGRESS_INTERVAL = 0.2  # [s]
 # size of a log above which progress is shown; smaller logs are read within a second [bytes]
-_LEAST_PROGRESS = 1 << 24
+_MIN_PROGRESS = 1 << 24
 
 
 @typed_options(ReadOptions)
@@ -71,7 +71,7 @@ def reading_shown(log: Path, *, quiet: bool = False) -> Iterator[None]:
                 if taken:
                     done((taken - 1) % size / size)
 
-        if size > _LEAST_PROGRESS and not quiet and sys.stderr.isatty():
+        if size > _MIN_PROGRESS and not quiet and sys.stderr.isatty():
             threading.Thread(target=follow, daemon=True).start()
         try:
             yield

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 VARIABLE = "SIGMATAU_STORE"
 """Environment variable with the default of --store."""
 
-_MOST_PROBLEMS = 10  # largest number of files that are listed on the screen
+_MAX_PROBLEMS = 10  # largest number of files that are listed on the screen
 _STATES = ("fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed")
 _SHOWN = {
     "units": (
@@ -218,10 +218,10 @@ def add_command(
             files, naming, jobs=jobs or os.cpu_count() or 1, done=lambda count: done(count / len(files))
         )
     unnamed = [problem for problem in outcome.problems if problem.unit_unknown]
-    for problem in outcome.problems[:_MOST_PROBLEMS]:
+    for problem in outcome.problems[:_MAX_PROBLEMS]:
         print_error(f"{problem.file}: {problem.reason}")
-    if len(outcome.problems) > _MOST_PROBLEMS:
-        say(f"{len(outcome.problems) - _MOST_PROBLEMS} more files were not added")
+    if len(outcome.problems) > _MAX_PROBLEMS:
+        say(f"{len(outcome.problems) - _MAX_PROBLEMS} more files were not added")
     added = outcome.added
     counts = [
         (added.new, "new"),

@@ -81,7 +81,7 @@ def tune_command(
         Without innovations: model file or JSON of analyze of the sensor at rest. Prints the factor of each coefficient
         with running motors, its cause, and the command that writes the file with the factors.
     joint
-        Channels that are measurements of one filter: gnss,camera. Each gets a separate factor, N and K a common one.
+        Channels that are measurements of one filter: gnss,camera. Each has a separate factor; N and K are common.
         Default: each channel is a filter with one measurement.
     columns
         Columns of innovation, variance and rate of motion by channel, by name or number: gyro_x=nu:S or gyro_x=nu:S:rate.
@@ -106,7 +106,7 @@ def tune_command(
         raise OptionError(
             "give the table of innovations: sigmatau tune innovations.csv"
             if rest is None
-            else f"--rest compares two records. Add that beside motors: sigmatau tune --rest {rest} running.json",
+            else f"--rest compares two records. Add that with running motors: sigmatau tune --rest {rest} running.json",
             option="innovations",
         )
     check_outputs([innovations], plot=plot, json=json)
@@ -125,7 +125,7 @@ def tune_command(
         return _inflate(rest, innovations, json, {name for name, value in stated.items() if value}, quiet=quiet)
     if innovations.suffix.lower() in (".json", ".toml"):
         raise OptionError(
-            f"{innovations} is not a table of innovations. For factors beside motors give the sensor at rest,"
+            f"{innovations} is not a table of innovations. For factors of running motors give the sensor at rest,"
             " --rest rest.json",
             option="rest",
         )
@@ -237,7 +237,7 @@ def _inflate(rest: Path, running: Path, json: Path | None, unused: Iterable[str]
     """Print the factors of a running sensor relative to rest."""
     for option in unused:
         raise OptionError(
-            f"--{option} is of innovations, and --rest compares two records. Give one of both", option=option
+            f"--{option} applies to innovations, and --rest compares two records. Give one of them", option=option
         )
     for place in (rest, running):
         if place.suffix.lower() not in (".json", ".toml", ".yaml", ".yml"):

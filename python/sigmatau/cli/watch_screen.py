@@ -16,7 +16,7 @@ from sigmatau.errors import DataError
 from sigmatau.fitting.overview import overview
 
 _EVERY = {True: 2.0, False: 60.0}  # time between updates of a screen, and between lines [s]
-_FEWEST_LINES = 10  # smallest number of lines of a curve
+_MIN_LINES = 10  # smallest number of lines of a curve
 
 
 class Progress:
@@ -85,7 +85,7 @@ def screen_lines(live: LiveAnalysis, *, width: int, height: int) -> list[str]:
     room = max(height - 2, 2)
     panels = _panels(analysis)
     each = (room - len(lines)) // max(len(panels), 1)
-    if each >= _FEWEST_LINES:
+    if each >= _MIN_LINES:
         from sigmatau.plot.terminal import text_plot
 
         lines += [line for panel in panels for line in text_plot(panel, width=width, height=min(each - 2, 20))]

@@ -27,7 +27,7 @@ def repeat_options(app: App, words: Sequence[str]) -> list[str]:
     """Repeat each option before its second and further values."""
     if not _has_values_in_a_row(words):
         return list(words)
-    several = _options_of_several(app, words)
+    several = _repeatable_options(app, words)
     result: list[str] = []
     option, waits = "", False
     for k, word in enumerate(words):
@@ -137,7 +137,7 @@ def _is_name(word: str) -> bool:
     return not word.startswith("-") and not os.path.splitext(word)[1] and not glob.has_magic(word)  # noqa: PTH122
 
 
-def _options_of_several(app: App, words: Sequence[str]) -> set[str]:
+def _repeatable_options(app: App, words: Sequence[str]) -> set[str]:
     """Options of a command that may be repeated, by their long names."""
     _, apps, _ = app.parse_commands(list(words))
     command = apps[-1]

@@ -91,7 +91,7 @@ def app_command(
         reading or WatchReading(),
         settings or WatchSettings(),
     )
-    recording = None if live is None else _begun(live)
+    recording = None if live is None else _begin_recording(live)
 
     def ready(address: str) -> None:
         sys.stdout.write(f"{address}\n")
@@ -145,13 +145,13 @@ def _live(
     return LiveSource(source=source, baud=speed, save=saved, table=table, at_rest=at_rest, command=command)
 
 
-def _begun(live: LiveSource) -> Recording:
+def _begin_recording(live: LiveSource) -> Recording:
     """A record that has begun; only its process reads the standard input."""
     from sigmatau.app.recording import Recording
 
     recording = Recording(live)
     if live.source == "-":
         null = os.open(os.devnull, os.O_RDONLY)
-        os.dup2(null, 0)  # the program that writes ends when the record is stopped
+        os.dup2(null, 0)  # the writing program ends when the record is stopped
         os.close(null)
     return recording

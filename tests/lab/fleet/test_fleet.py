@@ -202,7 +202,7 @@ def test_the_scheduler_is_killed(logs, processes, place):
     _, err = ended(process, code=1)
     processes.running.remove(process)
     assert "the scheduler was lost; " in err
-    assert f" of {LOGS + DAMAGED} logs are in the store, and the same command goes on with the others" in err
+    assert f" of {LOGS + DAMAGED} logs are in the store, and the same command continues" in err
     assert "Traceback" not in err
 
 

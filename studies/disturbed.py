@@ -30,7 +30,7 @@ LENGTHS, PARTS, LONGEST = (60.0, 200.0, 600.0, 4000.0), 2, 4000.0
 QUIET, PARKED, BURSTS = 60, 40, 20
 """Numbers of axes: of a grade on a bench, of a grade and kind of disturbance, and of a kind of burst."""
 _BURSTS = {"10 times in 2 %": (10.0, 0.02), "30 times in 0.5 %": (30.0, 0.005), "5 times in 10 %": (5.0, 0.1)}
-MOST_DISTURBED = 0.005
+MAX_DISTURBED = 0.005
 LEVEL, WRONG_BY = 0.05, 1.0
 """Share of intervals that do not contain the truth; and distance of the truth from an interval, in half widths, beyond
 which a number is wrong: 3.9 standard errors, once in 10,000 by chance.
@@ -174,7 +174,7 @@ def main() -> None:
     for source, rows in (("real", every), ("simulated", quiet)):
         share = float(np.mean([row["vibration"] for row in rows])) if rows else 0.0
         lines += ["", f"Disturbed by vibration, of {len(rows)} {source} quiet axes: {100 * share:.2g} %."]
-        if share > MOST_DISTURBED + 3 * math.sqrt(MOST_DISTURBED / max(len(rows), 1)):
+        if share > MAX_DISTURBED + 3 * math.sqrt(MAX_DISTURBED / max(len(rows), 1)):
             failures.append(f"- {100 * share:.2g} % of the {source} quiet axes are disturbed")
     lines += ["", _TAIL, "", "## Gates", "", *(failures or ["All gates are met."])]
     Path("docs/study/disturbed.md").write_text("\n".join(lines) + "\n", encoding="utf-8")

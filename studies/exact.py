@@ -16,7 +16,7 @@ TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 _STEPS = 50
 _STEP_TOLERANCE = 1e-3  # [standard errors] a hundredth of the tolerance of the comparison
 _SHORTEST = 1e-3  # shortest step, over the full step
-_LEAST_SHARE = 0.3  # smallest share of a coefficient after a step
+_MIN_SHARE = 0.3  # smallest share of a coefficient after a step
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Exact:
             length = 1.0
             while True:
                 tried = theta.copy()
-                tried[free] = np.maximum(theta[free] + length * step, _LEAST_SHARE * theta[free])
+                tried[free] = np.maximum(theta[free] + length * step, _MIN_SHARE * theta[free])
                 lower, slope = self._slope(z, terms, tried)
                 if lower <= deviance + 1e-9 or length < _SHORTEST:
                     break

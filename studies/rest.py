@@ -28,7 +28,7 @@ MOVING, CLEAN, HANDLED = 204, 360, 200
 A_CELL = 10
 SENSORS = {"both": "six axes", "gyro": "gyros only", "accel": "accelerometers only"}
 DISTURBED = ("warm-up", "lines", "coarse", "filtered", "vibrated", "Gauss-Markov")
-LIMIT_FALSE, LEAST_COVERED = 0.02, 0.92
+LIMIT_FALSE, MIN_COVERED = 0.02, 0.92
 TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 
 
@@ -166,8 +166,8 @@ def main() -> None:
         for term in TERMS:
             inside = [holds_ for row in partly for holds_ in row["holds"][term]]
             share = float(np.mean(inside))
-            error = math.sqrt(LEAST_COVERED * (1 - LEAST_COVERED) / len(inside))
-            texts.append(f"{100 * share:.1f} %" + ("" if share >= LEAST_COVERED - 3 * error else " (too few)"))
+            error = math.sqrt(MIN_COVERED * (1 - MIN_COVERED) / len(inside))
+            texts.append(f"{100 * share:.1f} %" + ("" if share >= MIN_COVERED - 3 * error else " (too few)"))
         outside = sum(row["outside"] for row in rows)
         lines.append(
             f"| {grade} | {len(partly)} of {len(rows)} | {outside} | {100 * shares[0]:.0f} % | {100 * shares[1]:.0f} % | "
@@ -213,7 +213,7 @@ _HANDLED = f"""
 
 Records of 30 min at 50 Hz: the sensor is taken up for 10 s, and is put down in another position half of the time. The gyros
 feel the rotation of the Earth. Share of the record that is kept, and coverage of the 95 % intervals and limits of the gyros,
-at least {100 * LEAST_COVERED:g} % wanted:
+at least {100 * MIN_COVERED:g} % wanted:
 
 | grade | partly at rest | handling left out | gyro kept | accel kept | N | B | K |
 |---|---|---|---|---|---|---|---|"""

@@ -28,7 +28,7 @@ MOTIONS = {
     "gyro": ("car", "walk", "drone", "hand", "held", "turntable"),
 }
 RATES = (25.0, 50.0, 100.0, 250.0, 1000.0)
-SHORTEST, LONGEST, MOST_SAMPLES = 20.0, 300.0, 60_000
+SHORTEST, LONGEST, MAX_SAMPLES = 20.0, 300.0, 60_000
 RECORDS = 20  # per cell
 CLEAN_RECORDS, CLEAN_CELLS = 14, 9  # records per cell, cells per class of sensors
 UNIT_OF_WALK = {"gyro": "deg/sqrt(h)", "accel": "m/s/sqrt(h)"}
@@ -51,7 +51,7 @@ def moving_axes(seed: int, kind: str, sensors: str) -> st.Record:
     rng = np.random.default_rng(seed)
     sensor, axes = sensors.split(", ")
     rate = float(rng.choice(RATES))
-    seconds = min(SHORTEST * (LONGEST / SHORTEST) ** rng.uniform(), MOST_SAMPLES / rate)
+    seconds = min(SHORTEST * (LONGEST / SHORTEST) ** rng.uniform(), MAX_SAMPLES / rate)
     drawn = int(rng.integers(1 << 62))
     if kind == "held":
         record = held(drawn, rate=rate, seconds=seconds, sensors=sensor)

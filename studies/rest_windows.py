@@ -48,8 +48,8 @@ CLASSES: dict[str, tuple[tuple[float, float, float], tuple[float, float], float]
 }
 VARIANTS = ("plain", "warm-up", "coarse", "filtered", "coarse and filtered")
 CLEAN_RECORDS, SHORT_RECORDS, CELL = 2016, 1008, 42
-MOST_SAMPLES = 150_000
-LEAST_SECONDS, MOST_SECONDS = 20.0, 4 * 3600.0
+MAX_SAMPLES = 150_000
+MIN_SECONDS, MAX_SECONDS = 20.0, 4 * 3600.0
 LIMIT_REFUSED = 0.005
 
 
@@ -117,12 +117,12 @@ def judge_evidence(seed: int, kind: str, rate: float) -> dict[str, list[int]]:
     return counts
 
 
-def clean(seed: int, grade: str, *, shortest: float = LEAST_SECONDS, longest: float = MOST_SECONDS) -> st.Record:
-    """A record at rest of six axes: 10 Hz to 4 kHz, one of the variants, no more than `MOST_SAMPLES`."""
+def clean(seed: int, grade: str, *, shortest: float = MIN_SECONDS, longest: float = MAX_SECONDS) -> st.Record:
+    """A record at rest of six axes: 10 Hz to 4 kHz, one of the variants, no more than `MAX_SAMPLES`."""
     rng = np.random.default_rng(seed)
     rate = math.exp(rng.uniform(math.log(10), math.log(4000)))
     seconds = math.exp(rng.uniform(math.log(shortest), math.log(longest)))
-    n = max(round(min(seconds, max(MOST_SAMPLES / rate, shortest)) * rate), math.ceil(shortest * rate))
+    n = max(round(min(seconds, max(MAX_SAMPLES / rate, shortest)) * rate), math.ceil(shortest * rate))
     variant = str(rng.choice(VARIANTS))
     (arw, bias, rrw), (vrw, instability), angle = CLASSES[grade]
     t = np.arange(n) / rate
@@ -218,9 +218,9 @@ def cells() -> Cells:
             made[f"evidence, {kind}, {rate:g}"] = (judge_evidence, (kind, rate))
     for grade in CLASSES:
         for k in range(CLEAN_RECORDS // CELL // len(CLASSES)):
-            made[f"clean, {grade}, {k}"] = (judge_clean, (grade, LEAST_SECONDS, MOST_SECONDS, CELL))
+            made[f"clean, {grade}, {k}"] = (judge_clean, (grade, MIN_SECONDS, MAX_SECONDS, CELL))
         for k in range(SHORT_RECORDS // CELL // len(CLASSES)):
-            made[f"short, {grade}, {k}"] = (judge_clean, (grade, 10.0, LEAST_SECONDS, CELL))
+            made[f"short, {grade}, {k}"] = (judge_clean, (grade, 10.0, MIN_SECONDS, CELL))
     return made
 
 

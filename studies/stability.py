@@ -15,7 +15,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.stationarity import cusum, non_stationary, segment_test
-from sigmatau.quality.drift.without_drifts import without_drifts
+from sigmatau.quality.drift.without_drifts import subtract_drifts
 from sigmatau.quality.fit_findings import by_channel
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.record.record import make_stream
@@ -88,7 +88,7 @@ def clean(seed: int, k: int) -> list[list[int]]:
         celsius = 25 + np.interp(np.arange(round(duration)), np.linspace(0, duration, TEMPERATURES), _temperature(rng))
         record = Record(streams=(stream, _thermometer(celsius)))
         fits, findings = _fitted(record)
-        flat = without_drifts(record, stream, fits)
+        flat = subtract_drifts(record, stream, fits)
         findings = [*findings, *non_stationary(flat, fits), *cross_axis(stream)]
         findings = [finding for finding in findings if (finding.code, finding.severity) in CODES]
         counts = [0] * len(CODES)
@@ -173,7 +173,7 @@ def fault(seed: int, name: str) -> list[float]:
                 code = "warm_up" if name == FAULTS[0] else "temperature_drift"
                 findings = [finding for finding in findings if finding.code == code]
             else:
-                findings = non_stationary(without_drifts(record, single_axis, fits), fits)
+                findings = non_stationary(subtract_drifts(record, single_axis, fits), fits)
         detected += bool(findings)
         sizes += [finding.size for finding in findings if finding.size is not None]
     return [detected / FAULT_RECORDS, float(np.mean(sizes)) if sizes else 0.0]

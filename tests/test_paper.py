@@ -155,7 +155,7 @@ class TestDays:
         """Counts of the page: 91 % of all cells, and all STD rows within a last digit."""
         every = rows.covered(FOUND)
         assert every.total == 7 * len(PRINTED) == 238
-        assert every.good >= rows.LEAST_INSIDE * every.total
+        assert every.good >= rows.MIN_INSIDE * every.total
         assert all(abs(row.fits - row.used) <= rows.LAST_DIGIT for row in rows.std_rows(FOUND))
         assert f"**{every}** intervals" in TEXTS["repeatability.md"]
 

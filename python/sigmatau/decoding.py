@@ -57,7 +57,7 @@ def key(
     read: bool = True,
     **bounds: Any,  # noqa: ANN401  of JSON Schema
 ) -> Any:  # noqa: ANN401  a field
-    """A field of a form of JSON.
+    """A field of a JSON form.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def _float(value: Any) -> float:  # noqa: ANN401  of JSON
 
 
 def _float_if_any(value: Any) -> float | None:  # noqa: ANN401  of JSON
-    """Decode a float or null; the usual types, checked first, take no further call."""
+    """Decode a float or null. The usual types are checked first, without a further call."""
     return value if value is None or (type(value) is float and math.isfinite(value)) else _float(value)
 
 

@@ -29,11 +29,11 @@ def frozen(
 ) -> type[_T] | Callable[[type[_T]], type[_T]]:
     """``dataclass(frozen=True, slots=True, kw_only=True)``; its bases must be made by this decorator too."""
     if cls is None:
-        return functools.partial(_made, kw_only=kw_only, eq=eq)
-    return _made(cls, kw_only=kw_only, eq=eq)
+        return functools.partial(_make_dataclass, kw_only=kw_only, eq=eq)
+    return _make_dataclass(cls, kw_only=kw_only, eq=eq)
 
 
-def _made(cls: type[_T], *, kw_only: bool, eq: bool) -> type[_T]:
+def _make_dataclass(cls: type[_T], *, kw_only: bool, eq: bool) -> type[_T]:
     attributes = set(cls.__dict__)
     made = dataclass(init=False, repr=False, eq=False, slots=True, kw_only=kw_only)(cls)
     shared: dict[str, object] = {

@@ -28,7 +28,7 @@ class Hint(NamedTuple):
         What to state: a word, a number, a mapping, or several values; True for a flag. None names the option alone. A word
         in capitals stands for a value: ``"HZ"``.
     remark : str
-        What follows from this value, in brackets behind it.
+        What follows from this value; printed after it, in brackets.
 
     Examples
     --------

@@ -24,12 +24,12 @@ from studies.paper.decoding import (
 )
 from studies.paper.tables import DAYS, NAMES, PRINTED, RATES, STD, TITLES, Cell, truth
 
-__all__ = ["LEAST_INSIDE", "TABLES", "Counted", "covered", "laid_within", "std_rows", "table"]
+__all__ = ["MIN_INSIDE", "TABLES", "Counted", "covered", "laid_within", "std_rows", "table"]
 
 Days = Mapping[str, Any]
 """Content of docs/paper/days.json."""
 
-LEAST_INSIDE = 0.91
+MIN_INSIDE = 0.91
 """Share of the cells whose 95 % interval must contain the simulated value: 0.95 minus 3 standard errors of 238 cells."""
 
 ALL_DAYS = range(1, 8)
@@ -306,7 +306,7 @@ def coverage_table(days: Days) -> str:
             rows.append((NAMES[unit], f"{sensor}, {label}", str(good), f"{limits}", str(within)))
     every = covered(days)
     share = every.good / every.total
-    verdict = "met" if share >= LEAST_INSIDE else "NOT met"
+    verdict = "met" if share >= MIN_INSIDE else "NOT met"
     hand = [laid_within(days, cell) for cell in PRINTED]
     always = sum(counted.good == counted.total for counted in hand)
     head = (
@@ -319,7 +319,7 @@ def coverage_table(days: Days) -> str:
     return (
         f"{table(head, rows)}\n\n"
         f"All: **{every}** intervals ({100 * share:.1f} %) contain the value that was simulated on the day. "
-        f"Gate: at least {100 * LEAST_INSIDE:.0f} %, {verdict}.\n\n"
+        f"Gate: at least {100 * MIN_INSIDE:.0f} %, {verdict}.\n\n"
         f"Lines by hand: within the paper's own ± in {sum(c.good for c in hand)} of {sum(c.total for c in hand)} "
         f"cells; on all seven days for {always} of {len(hand)} coefficients."
     )

@@ -246,7 +246,7 @@ class TestAnalyze:
         assert "upper limit" not in err
         text = (tmp_path / "imu.yaml").read_text()
         assert text.count("Terms that were not observed count at 1/sqrt(3) of their upper limits.") == 2
-        assert "consistent, a filter with it states its error after 60 s right" in text
+        assert "consistent: a filter with it states its error after 60 s correctly" in text
         assert "# from log.csv, 60 s at 100 Hz, analysed by sigmatau" in text
         assert "# gyro_x, gyro_y, accel_x and accel_y: the model fits\n" in text
 

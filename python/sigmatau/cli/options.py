@@ -39,7 +39,7 @@ ENDINGS: Mapping[str, Sequence[str]] = {
 _REPORTS = ("report", "output")  # options that need typst for a PDF
 _DATABASE = b"SQLite format 3\0"  # first bytes of a database file
 _PASSWORD = re.compile(r"(://[^\s/:@]*:|[?&]password=)[^\s@&]+")  # in the address of a database
-_LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # sizes of the curves on the screen
+_MIN_PLOT_LINES, _MAX_PLOT_LINES, _MAX_PANELS = 8, 12, 2  # sizes of the curves on the screen
 
 
 def matched(

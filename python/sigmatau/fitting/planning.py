@@ -16,7 +16,7 @@ from sigmatau._native.gls import Components, Gls
 from sigmatau.digits import significant
 from sigmatau.errors import OptionError
 from sigmatau.fitting.alternatives import Modes, least_ramp_beside_walk, process_excluded
-from sigmatau.fitting.components import LEAST_TIMES, LONGEST_SHARE, coefficient, half_octaves, linear_powers
+from sigmatau.fitting.components import LONGEST_SHARE, MIN_TIMES, coefficient, half_octaves, linear_powers
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.synonyms import unknown_term

@@ -81,13 +81,13 @@ def _moment(date: str) -> datetime:
 def _values(content: Content) -> dict[str, Any]:
     """Plain values for the template."""
     return {
-        "title": _cut(content.title, _MOST_TITLE),
-        "foot": _cut(content.title if content.certificate is None else content.certificate.number, _MOST_NAME),
+        "title": _cut(content.title, _MAX_TITLE),
+        "foot": _cut(content.title if content.certificate is None else content.certificate.number, _MAX_NAME),
         "level": content.level,
         "recorded": content.recorded[:16],
         "certificate": None if content.certificate is None else _certificate(content.certificate),
-        "file": _cut(content.file_name, _MOST_TITLE) if content.file_name != content.title else "",
-        "headline": _cut(content.headline, _MOST_MESSAGE),
+        "file": _cut(content.file_name, _MAX_TITLE) if content.file_name != content.title else "",
+        "headline": _cut(content.headline, _MAX_MESSAGE),
         "verdict": VERDICTS.get(content.verdict, ("", "")),
         "date": content.date,
         "made_by": content.made_by,
@@ -112,11 +112,11 @@ def _certificate(certificate: Certificate) -> dict[str, Any]:
     logo = certificate.logo
     return {
         "title": certificate.title,
-        "number": _cut(certificate.number, _MOST_NAME),
+        "number": _cut(certificate.number, _MAX_NAME),
         "laboratory": list(certificate.laboratory),
         "logo": None if logo is None else {"kind": logo.kind, "bytes": list(logo.content)},
         "facts": [
-            [title, [[label, _cut(text, _MOST_FACT)] for label, text in rows]] for title, rows in certificate.facts
+            [title, [[label, _cut(text, _MAX_FACT)] for label, text in rows]] for title, rows in certificate.facts
         ],
         "statements": [list(statement) for statement in certificate.statements],
         "limits": [

@@ -36,6 +36,7 @@ from studies import (
     round_trip,
     selection,
     stability,
+    temperature,
     tune,
 )
 
@@ -73,6 +74,7 @@ STUDIES = (
     real_records,
     repeatability,
     lots,
+    temperature,
     paper_claims,
 )
 

@@ -1,11 +1,13 @@
 """Calls that raise the documented errors of fits, results, datasheets, lots and stores."""
 
+import functools
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import sigmatau as st
+from known import seed_of
 from provoking import (
     MODEL,
     NAN,
@@ -26,6 +28,19 @@ from provoking import (
 )
 from sigmatau.lab.store.naming import Naming
 from sigmatau.lab.store.rows import Entry
+
+
+def ramp():
+    """A log of a gyro from 0 to 50 °C."""
+    rates = np.random.default_rng(seed_of("provoked ramp")).normal(size=7200)
+    return st.Record.from_arrays(rate=2, gyro_x=1e-4 * rates, temperature=np.linspace(0, 50, 7200))
+
+
+@functools.cache
+def calibrated():
+    """Its calibration."""
+    return st.calibrate_temperature(ramp(), degree=1)
+
 
 PROVOKED = {
     "Analysis.plot_stability": {st.OptionError: (lambda: analysis().plot_stability(),)},
@@ -176,6 +191,26 @@ PROVOKED = {
         st.OptionError: (lambda: st.lot_report(lot(), "lot.doc"),),
         st.DataError: (lambda: st.lot_report(lot(), "missing/lot.json"),),
         ImportError: (lambda: without("typst", lambda: st.lot_report(lot(), "lot.pdf")),),
+    },
+    "calibrate_temperature": {
+        st.DataError: (lambda: st.calibrate_temperature(record()),),
+        st.OptionError: (lambda: st.calibrate_temperature(ramp(), degree=9),),
+    },
+    "calibrate_over_runs": {
+        st.DataError: (lambda: st.calibrate_over_runs([]),),
+        st.OptionError: (lambda: st.calibrate_over_runs([], degree=9), lambda: st.calibrate_over_runs([], level=2)),
+    },
+    "temperature_matrix": {st.DataError: (lambda: st.temperature_matrix([]),)},
+    "temperature_report": {
+        st.OptionError: (lambda: st.temperature_report(calibrated(), "page.doc"),),
+        st.DataError: (lambda: st.temperature_report(calibrated(), "missing/page.html"),),
+    },
+    "TemperatureCalibration.export": {
+        st.OptionError: (lambda: calibrated().export(to="kalibr"),),
+        st.DataError: (lambda: calibrated().export(to="px4"),),
+    },
+    "sigmatau.lab.temperature.polynomial.BiasPolynomial.values": {
+        st.OptionError: (lambda: calibrated()["gyro_x"].polynomial.values(200.0),),
     },
     "show_in": {
         st.OptionError: (lambda: st.show_in("furlongs").__enter__(), lambda: st.show_in("deg/h:one-sided").__enter__())

@@ -37,7 +37,12 @@ from .lab.lots.repeatability import RandomEffects, random_effects
 from .lab.lots.turn_on import measure_turn_on
 from .lab.pages.certify import certify
 from .lab.pages.lot_report import lot_report
+from .lab.pages.temperature_report import temperature_report
 from .lab.store.store import Store
+from .lab.temperature.calibrate import calibrate_temperature
+from .lab.temperature.matrix import TemperatureMatrix, temperature_matrix
+from .lab.temperature.over_runs import TemperatureRun, calibrate_over_runs
+from .lab.temperature.result import TemperatureCalibration
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
@@ -104,6 +109,9 @@ __all__ = [
     "Spectrum",
     "Store",
     "Stream",
+    "TemperatureCalibration",
+    "TemperatureMatrix",
+    "TemperatureRun",
     "Tuning",
     "Tunings",
     "TurnOn",
@@ -114,6 +122,8 @@ __all__ = [
     "arma",
     "avar_from_psd",
     "bandwidth",
+    "calibrate_over_runs",
+    "calibrate_temperature",
     "certify",
     "check",
     "compare_runs",
@@ -147,6 +157,8 @@ __all__ = [
     "simulate",
     "simulate_to",
     "state_space",
+    "temperature_matrix",
+    "temperature_report",
     "transfer",
     "tune",
     "verify",

@@ -126,6 +126,13 @@ sigmatau lot unit1.json unit2.json --spec spec.toml -o lot.html
 sigmatau lot shift --expect 2 --spec spec.toml -o lot.pdf -o lot.xml --results results
 sigmatau lot shift --expect units.txt --spec spec.toml --fail-on warning""",
     ),
+    "temperature": (
+        "Measure noise and bias over temperature from a ramp, a soak or runs; write parameters of PX4 and ArduPilot.",
+        """\
+sigmatau temperature ramp.csv --report ramp.html
+sigmatau temperature ramp.csv --axes gyro --mean=-20,25,60 --export px4=tc.params --export ardupilot=tcal.parm
+sigmatau temperature runs --temperature-from 'T(-?[0-9]+)' --unit-from '(SN[0-9]+)' --csv matrix.csv""",
+    ),
     "datasheet": (
         "List published values of common sensors with their sources; print a sensor as a noise model.",
         """\
@@ -196,6 +203,7 @@ _USAGE = {
     "watch": "[SOURCE]",
     "compare": "[RESULTS...]",
     "lot": "[UNITS...]",
+    "temperature": "[LOGS...]",
     "datasheet": "ACTION [NAME]",
     "fleet": "ACTION [LOGS...]",
     "store add": "RESULTS...",

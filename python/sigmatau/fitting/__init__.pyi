@@ -1,3 +1,4 @@
+from .block_temperature import mean_temperatures
 from .fitted_noise import QUANTIFIED
 from .fitted_values import FittedTerm
 from .mean_stability import AVERAGES, MeanStability
@@ -8,5 +9,6 @@ __all__ = [
     "QUANTIFIED",
     "FittedTerm",
     "MeanStability",
+    "mean_temperatures",
     "to_models",
 ]

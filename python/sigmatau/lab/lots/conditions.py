@@ -55,18 +55,24 @@ class ConditionFactor:
         """The group of each value in words, ``"at 25 °C"``; all are empty if the stated values are about the same. A value
         that is not stated is in a group of its own, if others differ.
         """
-        stated = sorted({value for value in values if value is not None})
+        stated = [value for value in values if value is not None]
+        middles = self.middles(stated)
+        if len({*middles}) < 2:
+            return [""] * len(values)
+        names = {value: f"at {middle:.3g} {self.unit}" for value, middle in zip(stated, middles, strict=True)}
+        return [f"at an unknown {self.name}" if value is None else names[value] for value in values]
+
+    def middles(self, values: Sequence[float]) -> list[float]:
+        """The middle of the group of each value. [unit]"""
         groups: list[list[float]] = []
-        for value in stated:
+        for value in sorted({*values}):
             last = groups[-1][-1] if groups else value
             if groups and (value - last < self.gap or value < self.ratio * last):
                 groups[-1].append(value)
             else:
                 groups.append([value])
-        if len(groups) < 2:
-            return [""] * len(values)
-        names = {value: f"at {(group[0] + group[-1]) / 2:.3g} {self.unit}" for group in groups for value in group}
-        return [f"at an unknown {self.name}" if value is None else names[value] for value in values]
+        middles = {value: (group[0] + group[-1]) / 2 for group in groups for value in group}
+        return [middles[value] for value in values]
 
 
 # Differences within which the conditions of a test plan count as equal. A chamber keeps 25 °C within less than 5 K, a

@@ -144,8 +144,11 @@ def degrees(seed: int, curve: str, noise: str) -> dict[str, list[float]]:
         x = noise_of(rng, noise, duration=HOURS * 3600, rate=RATE)
         e = x[: len(u) * blocks.samples].reshape(len(u), blocks.samples).mean(axis=1)
         means = np.polynomial.polynomial.polyval(u, coefficients) * DEG_H + e - e.mean()
+        fits = [fit_bias(blocks, means, degree=degree, white=white) for degree in range(4)]
+        tops = [each.fitted for each in fits]
+        ratios = [abs(f.coefficients[k]) / math.sqrt(f.covariance[k, k]) for k, f in enumerate(tops)]
         for ratio in RATIOS:
-            fitted = fit_bias(blocks, means, degree=None, white=white, least_ratio=ratio)
+            fitted = fits[next((k for k in (3, 2, 1) if ratios[k] >= ratio), 0)]
             p = fitted.degree + 1
             powers = np.vander(places, p, increasing=True)
             off = powers @ fitted.fitted.coefficients[:p] - exact
@@ -202,14 +205,14 @@ def main() -> None:
         f"{noise}, {profile}": (coverage, (noise, profile)) for noise in NOISES for profile in PROFILES
     }
     cells |= {
-        f"degree, {curve}, {noise}": (degrees, (curve, noise)) for curve in CURVES for noise in ("N, B and K", "N")
-    }
-    cells |= {
         f"window, {noise}, {profile}": (noise_at_temperature, (noise, profile))
         for noise in ("N, B and K", "N")
         for profile in PROFILES
     }
     cells |= {f"{runs} runs": (over_runs, (runs,)) for runs in RUNS}
+    cells |= {
+        f"degree, {curve}, {noise}": (degrees, (curve, noise)) for curve in CURVES for noise in ("N, B and K", "N")
+    }
     settings = repr((SETS, HOURS, RATE, LOW, HIGH, NOISES, TRUE, LOOP, RATIOS, CURVES, WINDOW, WINDOW_RATE))
     results = run("temperature", cells, settings=settings)
     failures: list[str] = []

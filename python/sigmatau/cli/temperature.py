@@ -266,7 +266,7 @@ def _read_runs(
     """Analyse logs and read results, each at one temperature."""
     readings = assign_readings(reading, places, given_places)
     runs = []
-    for place in places:
+    for place, name in zip(places, batch.names(places), strict=True):
         degrees = None
         if place.suffix.lower() == ".json":
             result = read_result(place)
@@ -286,7 +286,7 @@ def _read_runs(
                 f"{place}: its temperature is not known. Give --temperature-from, or analyze --note temperature=25degC"
             )
         unit = noted_unit(result.notes) if unit_from is None else _in_path(place, unit_from, "unit_from")
-        runs.append((unit, place.stem, degrees, result))
+        runs.append((unit, name.removesuffix(".json"), degrees, result))
     return runs
 
 

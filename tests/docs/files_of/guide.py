@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from filter_runs import write_innovations
 from logs_of_pages import AXES, analysed, block_of, copied, filtered, mems_log, noise, table, timed, typed
+from temperature_cycle import write_cycle
 
 from sigmatau.cli import main
 from sigmatau.io.write import write
@@ -48,6 +49,7 @@ def make(folder: Path) -> None:
     np.savetxt(
         folder / "density.csv", np.c_[frequency, density], delimiter=",", header="frequency,density", comments=""
     )
+    write_cycle(folder)
     (folder / "table1.csv").write_text(typed("arcsec", (0.973, 0.960, 0.919)))
     for day in range(1, 4):
         log = folder / f"day{day}.csv"

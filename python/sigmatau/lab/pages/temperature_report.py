@@ -89,7 +89,11 @@ def temperature_report(
         about = f"{len(result.units)} units at {', '.join(f'{t:.3g}' for t in result.temperatures)} °C"
     for each in matrices:
         sections += [
-            section(f"table-{k}", f"{table.title.capitalize()} [{table.unit}]", *_table(each, k))
+            section(
+                f"table-{k}" if k or sections else "summary",
+                f"{table.title.capitalize()} [{table.unit}]",
+                *_table(each, k),
+            )
             for k, table in enumerate(each.tables())
         ]
     facts = [("Command", command or ""), ("Date", moment), ("Version", f"sigmatau {__version__}")]

@@ -78,7 +78,7 @@ class MatrixTable:
     @property
     def title(self) -> str:
         """Sensor and coefficient in words."""
-        words = "magnitude of the mean" if self.term == MEAN else self.term.replace("_", " ")
+        words = "mean" if self.term == MEAN else self.term.replace("_", " ")
         return f"{self.sensor} {words}"
 
 
@@ -175,8 +175,8 @@ def _largest(cells: Sequence[MatrixCell], size: float) -> tuple[str, float]:
         cell = max(valued, key=lambda cell: abs(cell.value or 0.0))
         value = cell.value or 0.0
         if cell.low is None or cell.high is None:
-            return significant(value / size, zeros=True), abs(value) / size
-        return round_to_error(value, cell.low, cell.high, size=size).text, abs(value) / size
+            return significant(value / size, zeros=True), value / size
+        return round_to_error(value, cell.low, cell.high, size=size).text, value / size
     limits = [cell.limit for cell in cells if cell.limit is not None]
     return (limit_text(max(limits) / size), float("nan")) if limits else ("–", float("nan"))
 

@@ -26,10 +26,10 @@ def headline(result: TemperatureCalibration) -> str:
     windows = [window for channel in result.values() for window in channel.windows]
     length = max((window.stop for window in windows), default=0.0)
     branches = {window.branch for window in windows} - {""}
-    names = len({window.name for window in windows})
-    how = f"{names} runs" if names > 1 else " and ".join(sorted(branches, reverse=True))
+    names = {window.name for window in windows} - {""}
+    how = f"{len(names)} runs" if names else " and ".join(sorted(branches, reverse=True))
     parts = [f"{result.low:.3g} to {result.high:.3g} °C", how]
-    if names == 1:
+    if not names:
         parts += ["in steps" if any(window.held for window in windows) else "ramp", duration_text(length)]
     return ", ".join(filter(None, parts))
 
@@ -40,10 +40,8 @@ def printed(result: TemperatureCalibration) -> str:
     for channel in result.values():
         lines += ["", channel.channel, *(f"  {line}" for line in summary_lines(channel))]
         lines += [f"  {line}" for line in aligned([heads(channel), *rows(channel)])]
-    lines += [
-        "",
-        f"Intervals: {100 * result.level:g} %. ↑ rising, ↓ falling. The mean is the bias of this log, with gravity.",
-    ]
+    arrows = " ↑ rising, ↓ falling." if any(channel.run_spread is None for channel in result.values()) else ""
+    lines += ["", f"Intervals: {100 * result.level:g} %.{arrows} The mean is the bias with gravity."]
     lines += [f"! {remark}" for remark in result.remarks]
     return lines_text(lines)
 

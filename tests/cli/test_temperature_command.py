@@ -131,3 +131,20 @@ def test_a_real_log_at_room_temperature_is_refused(field_data, tmp_path, capsys)
     names = "time [s],gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s],temperature [degC]"
     np.savetxt(tmp_path / "mpu.csv", rows, delimiter=",", header=names, comments="")
     refused(capsys, 1, r"the temperature varies by 0\.\d+ K", tmp_path / "mpu.csv")
+
+
+def test_a_file_that_cannot_be_used_is_named_and_the_others_are_used(runs, tmp_path, capsys):
+    for t in (0, 40):
+        (tmp_path / f"T{t}.csv").write_bytes((runs / "SN1" / f"T{t}.csv").read_bytes())
+    (tmp_path / "T80.csv").write_text("")
+    assert (
+        main(["temperature", str(tmp_path), "--temperature-from", r"T(-?\d+)\.", "--csv", str(tmp_path / "m.csv")]) == 1
+    )
+    out, err = capsys.readouterr()
+    assert "1 unit at 0, 40 °C" in out
+    assert re.search(r"not used: \S+T80\.csv", err)
+    assert "no polynomial: " in err
+    assert main(["temperature", str(tmp_path / "T0.csv"), str(tmp_path / "T40.csv"), "--temperature-from", r"T(-?\d+)\.",
+                 "--export", f"px4={tmp_path / 'tc.params'}"]) == 1  # fmt: skip
+    assert "Add runs" in capsys.readouterr().err
+    assert not (tmp_path / "tc.params").exists()

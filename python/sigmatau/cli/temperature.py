@@ -29,7 +29,8 @@ from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.io.atomic import atomic
-from sigmatau.lab.lots.reading import gather
+from sigmatau.io.written import is_result
+from sigmatau.lab.lots.reading import gather, natural_order
 from sigmatau.lab.pages.temperature_report import temperature_report
 from sigmatau.lab.store.naming import Naming, stated_temperature
 from sigmatau.lab.temperature.branches import LEAST_RANGE
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from sigmatau.record.record import Record
 
 _NOT_AT_REST = 5  # exit code
+_UNUSABLE = 1  # exit code if a file was not used
 
 Run = tuple[str, str, float, Analysis]
 """Unit, name, temperature in °C, and result of a run."""
@@ -78,7 +80,8 @@ def temperature_command(
     """Measure noise and bias over temperature: at each temperature, as a polynomial, with hysteresis.
 
     One log has a thermometer and a ramp or a soak in steps. Several logs or results are runs at one temperature each: of
-    one unit they give its polynomial, of several units a matrix unit × temperature.
+    one unit they give its polynomial, of several units a matrix unit × temperature. A file that cannot be used is named on
+    standard error, the others are used, and the exit code is 1.
 
     Parameters
     ----------
@@ -138,7 +141,7 @@ def temperature_command(
     asked = _numbers(mean)
     channels = [word.strip() for text in axes or [] for word in text.split(",") if word.strip()] or None
     exports = _exports(export or [])
-    places = [] if store is not None else _gather(matched(logs))
+    places = [] if store is not None else _gather(matched(logs), quiet=quiet)
     check_outputs(places, report=report, plot=plot, json=json, csv=csv)
     for place in places:
         refuse_same(place, **{f"export {name}": path for name, path in exports.items()})
@@ -157,18 +160,22 @@ def temperature_command(
             except DataError as error:
                 raise error.about(str(log)) from None
     else:
-        runs = (
-            _stored(store, serial or [])
-            if store is not None
-            else _read_runs(places, logs, reading, temperature_from, unit_from, quiet=quiet)
-        )
+        if store is not None:
+            runs = _stored(store, serial or [])
+        else:
+            runs, has_problems = _read_runs(places, logs, reading, temperature_from, unit_from, quiet=quiet)
+            code = _UNUSABLE if has_problems else 0
         matrix = temperature_matrix([(unit, degrees, run) for unit, _, degrees, run in runs])
-        units = dict.fromkeys(unit for unit, *_ in runs)
-        if len(units) == 1:
-            result = calibrate_over_runs(
-                [TemperatureRun(name=name, temperature=degrees, result=run) for _, name, degrees, run in runs],
-                degree=degree, reference=about, level=level, source=store or "runs", unit_name=next(iter(units)),
-            )  # fmt: skip
+        if len({unit for unit, *_ in runs}) == 1:
+            try:
+                result = calibrate_over_runs(
+                    [TemperatureRun(name=name, temperature=degrees, result=run) for _, name, degrees, run in runs],
+                    degree=degree, reference=about, level=level, source=store or "runs", unit_name=runs[0][0],
+                )  # fmt: skip
+            except DataError as error:
+                if exports or asked is not None:
+                    raise
+                say(f"no polynomial: {error}", quiet=quiet)
     shown: TemperatureCalibration | TemperatureMatrix | None = result or matrix
     assert shown is not None
     if result is not None:
@@ -199,7 +206,7 @@ def temperature_command(
     return code
 
 
-def _gather(places: Sequence[Path]) -> list[Path]:
+def _gather(places: Sequence[Path], *, quiet: bool) -> list[Path]:
     """Logs and results. A folder without logs has results."""
     files: list[Path] = []
     for place in places:
@@ -207,9 +214,15 @@ def _gather(places: Sequence[Path]) -> list[Path]:
             files.append(place)
             continue
         try:
-            files += batch.gather([place])[0]
+            logs, rest = batch.gather([place])
         except DataError:
             files += gather([place], tables=False)
+            continue
+        empty = [file for file in rest if file.stat().st_size == 0]  # named as a log that cannot be read
+        files += sorted([*logs, *empty], key=lambda file: natural_order(str(file)))
+        skipped = [str(file) for file in rest if file not in empty and not is_result(file)]
+        if skipped:
+            say(f"skipped, not a log: {', '.join(skipped)}", quiet=quiet)
     return files
 
 
@@ -262,35 +275,49 @@ def _read_runs(
     unit_from: str | None,
     *,
     quiet: bool,
-) -> list[Run]:
-    """Analyse logs and read results, each at one temperature."""
+) -> tuple[list[Run], bool]:
+    """Analyse logs and read results, each at one temperature, and whether some could not be used."""
     readings = assign_readings(reading, places, given_places)
-    runs = []
+    runs: list[Run] = []
+    problems: list[str] = []
     for place, name in zip(places, batch.names(places), strict=True):
-        degrees = None
-        if place.suffix.lower() == ".json":
-            result = read_result(place)
-            if not isinstance(result, Analysis):
-                raise DataError(f"{place}: has no coefficients. Remove it, or analyse its log again")
-        else:
-            record = read_log(place, readings[place], quiet=quiet)
-            degrees = _measured_temperature(record, place)
-            with working(f"analysing {place}", quiet=quiet):
-                result = analyze(record)
-        if temperature_from is not None:
-            degrees = float(_in_path(place, temperature_from, "temperature_from"))
-        if degrees is None:
-            degrees = Naming(unit="-").entry(result, place).temperature
-        if degrees is None:
-            raise DataError(
-                f"{place}: its temperature is not known. Give --temperature-from, or analyze --note temperature=25degC"
-            )
-        unit = noted_unit(result.notes) if unit_from is None else _in_path(place, unit_from, "unit_from")
-        runs.append((unit, name.removesuffix(".json"), degrees, result))
-    return runs
+        stated = None if temperature_from is None else float(_in_path(place, temperature_from, "temperature_from"))
+        unit = None if unit_from is None else _in_path(place, unit_from, "unit_from")
+        try:
+            degrees, result = _read_run(place, readings[place], quiet=quiet)
+            degrees = stated if stated is not None else degrees
+            degrees = Naming(unit="-").entry(result, place).temperature if degrees is None else degrees
+            if not result.fits:
+                raise DataError(result.reason_without_fits)
+            if degrees is None:
+                raise DataError(
+                    "its temperature is not known. Give --temperature-from, or analyze --note temperature=25degC"
+                )
+        except DataError as error:
+            problems.append(f"{place}: {error.without(str(place))}")
+            continue
+        runs.append((noted_unit(result.notes) if unit is None else unit, name.removesuffix(".json"), degrees, result))
+    if not runs and problems:
+        raise DataError(problems[0])
+    for problem in problems:
+        say(f"sigmatau: not used: {problem}")
+    return runs, bool(problems)
 
 
-def _measured_temperature(record: Record, place: Path) -> float | None:
+def _read_run(place: Path, reading: ReadingOptions, *, quiet: bool) -> tuple[float | None, Analysis]:
+    """Mean temperature of the thermometer, if there is one, and result of a log or a file of results."""
+    if place.suffix.lower() == ".json":
+        result = read_result(place)
+        if not isinstance(result, Analysis):
+            raise DataError("has no coefficients. Remove it, or analyse its log again")
+        return None, result
+    record = read_log(place, reading, quiet=quiet)
+    degrees = _measured_temperature(record)
+    with working(f"analysing {place}", quiet=quiet):
+        return degrees, analyze(record)
+
+
+def _measured_temperature(record: Record) -> float | None:
     """Mean of the thermometer of a log at one temperature; None without a thermometer."""
     stream = next((stream for stream in record.streams if stream.quantity == "temperature"), None)
     if stream is None:
@@ -299,7 +326,7 @@ def _measured_temperature(record: Record, place: Path) -> float | None:
     values = values[np.isfinite(values)]
     if np.ptp(values) >= LEAST_RANGE:
         raise DataError(
-            f"{place}: its temperature varies by {np.ptp(values):.3g} K; several logs are runs at one temperature each."
+            f"its temperature varies by {np.ptp(values):.3g} K; several logs are runs at one temperature each."
             " Give a ramp alone"
         )
     return float(values.mean())

@@ -160,7 +160,7 @@ class TemperatureMatrix(Tabular):
 
     def __repr__(self) -> str:
         lines = [
-            f"{len(self.units)} units at {', '.join(f'{t:.3g}' for t in self.temperatures)} °C, the largest of the axes"
+            f"{len(self.units)} unit{'s' if len(self.units) > 1 else ''} at {', '.join(f'{t:.3g}' for t in self.temperatures)} °C, the largest of the axes"
         ]
         for table in self.tables():
             heads = [f"{table.title} [{table.unit}]", *(f"{t:.3g} °C" for t in self.temperatures)]

@@ -159,9 +159,8 @@ class TemperatureMatrix(Tabular):
         return {key: [getattr(cell, name) for cell in self.cells] for key, name in names.items()}
 
     def __repr__(self) -> str:
-        lines = [
-            f"{len(self.units)} unit{'s' if len(self.units) > 1 else ''} at {', '.join(f'{t:.3g}' for t in self.temperatures)} °C, the largest of the axes"
-        ]
+        units = f"{len(self.units)} unit{'s' if len(self.units) > 1 else ''}"
+        lines = [f"{units} at {', '.join(f'{t:.3g}' for t in self.temperatures)} °C, the largest of the axes"]
         for table in self.tables():
             heads = [f"{table.title} [{table.unit}]", *(f"{t:.3g} °C" for t in self.temperatures)]
             lines += ["", *aligned([heads, *([name, *texts] for name, texts in table.rows)])]

@@ -19,6 +19,7 @@ from sigmatau.lab.temperature.polynomial import from_scaled
 from studies.runner import run
 
 SETS = 1000
+CHOICE_SETS = 500  # for the choice of a degree
 HOURS, RATE = 3.0, 0.5  # of a record [h], [Hz]
 LOW, HIGH = -40.0, 85.0  # [°C]
 DEG_H = math.pi / 180 / 3600
@@ -140,7 +141,7 @@ def degrees(seed: int, curve: str, noise: str) -> dict[str, list[float]]:
     places = np.linspace(-1, 1, 11)
     exact = np.polynomial.polynomial.polyval(places, coefficients) * DEG_H
     tables = {ratio: np.zeros(3) for ratio in RATIOS}
-    for _ in range(SETS // 2):
+    for _ in range(CHOICE_SETS):
         x = noise_of(rng, noise, duration=HOURS * 3600, rate=RATE)
         e = x[: len(u) * blocks.samples].reshape(len(u), blocks.samples).mean(axis=1)
         means = np.polynomial.polynomial.polyval(u, coefficients) * DEG_H + e - e.mean()
@@ -154,7 +155,7 @@ def degrees(seed: int, curve: str, noise: str) -> dict[str, list[float]]:
             off = powers @ fitted.fitted.coefficients[:p] - exact
             error = np.sqrt(np.einsum("ij,jk,ik->i", powers, fitted.fitted.covariance[:p, :p], powers))
             tables[ratio] += [np.mean(np.abs(off) <= _Z * error), np.mean(off**2), fitted.degree == right]
-    shares = {ratio: table / (SETS // 2) for ratio, table in tables.items()}
+    shares = {ratio: table / CHOICE_SETS for ratio, table in tables.items()}
     return {f"{ratio:g}": [s[0], math.sqrt(s[1]) / DEG_H, s[2]] for ratio, s in shares.items()}
 
 
@@ -243,7 +244,11 @@ def _coverage(results: Mapping[str, Any], failures: list[str]) -> list[str]:
 
 
 def _degrees(results: Mapping[str, Any]) -> list[str]:
-    lines = [_CHOICE, "", "| curve | noise | " + " | ".join(f"ratio {ratio:g}" for ratio in RATIOS) + " |"]
+    lines = [
+        _CHOICE.format(sets=CHOICE_SETS),
+        "",
+        "| curve | noise | " + " | ".join(f"ratio {ratio:g}" for ratio in RATIOS) + " |",
+    ]
     lines.append("|---" * (2 + len(RATIOS)) + "|")
     for curve in CURVES:
         for noise in ("N, B and K", "N"):
@@ -287,8 +292,7 @@ that contain the truth, in per cent, from {sets} simulated sets for each row.
 
 Records of {hours:g} h between -40 and 85 °C and back: a ramp, or seven soaks with transitions. The mean is a cubic
 polynomial of temperature with a hysteresis of up to 40 deg/h. Noise: N = 0.3 deg/√h, B = 5 deg/h,
-K = 10 deg/h/√h; *N and K*: K = 30;
-*N and small K*: K = 5 deg/h/√h."""
+K = 10 deg/h/√h; *N and K*: K = 30; *N and small K*: K = 5 deg/h/√h."""
 
 _MEANS = """## Means, polynomial, hysteresis
 
@@ -300,8 +304,8 @@ _CHOICE = """## Degree
 
 The highest coefficient is left out while it is smaller than a ratio times its standard error; 1 is the default. In each
 cell: coverage of mean(T) at 11 temperatures [%], root mean square of its error [deg/h], and share of the right degree [%],
-from 500 sets. Larger ratios choose the degree of a pure polynomial more often, and leave out weak coefficients, which costs
-coverage."""
+from {sets} sets. Larger ratios choose the degree of a pure polynomial more often, and leave out weak coefficients, which
+costs coverage."""
 
 _NOISE = """## Coefficients at a temperature
 

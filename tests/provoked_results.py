@@ -42,6 +42,21 @@ def calibrated():
     return st.calibrate_temperature(ramp(), degree=1)
 
 
+def gyro_samples(number=0, n=5000):
+    """White noise of a gyro of an array."""
+    return 1e-3 * np.random.default_rng(number).standard_normal(n)
+
+
+def gyros(count, *, n=5000, rate=10.0):
+    """An array of gyros."""
+    return st.Record.from_arrays(rate=rate, **{f"gyro_{k}": gyro_samples(k, n) for k in range(count)})
+
+
+def without_virtual():
+    """An analysis of an array that has no virtual sensor."""
+    return replace(st.analyze_array(gyros(3)), virtual=None, no_weights="the record is too short")
+
+
 PROVOKED = {
     "Analysis.plot_stability": {st.OptionError: (lambda: analysis().plot_stability(),)},
     "Analysis.from_dict": {st.DataError: (lambda: st.Analysis.from_dict({}), lambda: st.Analysis.from_dict(3))},
@@ -177,6 +192,31 @@ PROVOKED = {
             lambda: jointly(arrays(gyro_x=np.zeros(1000)), record()),
             lambda: jointly(record(), record()),
         ),
+    },
+    "analyze_array": {
+        st.OptionError: (
+            lambda: st.analyze_array(gyros(3), axes=["gyro_q"]),
+            lambda: st.analyze_array(gyros(3), axes=["gyro_0"]),
+            lambda: st.analyze_array(gyros(2), common=True),
+            lambda: st.analyze_array(gyros(3), target="drift"),
+            lambda: st.analyze_array(gyros(3), target=-1.0),
+            lambda: st.analyze_array(gyros(3), target=1e9),
+            lambda: st.analyze_array(gyros(3), invert=["gyro_q"]),
+            lambda: st.analyze_array(gyros(3), level=95),
+        ),
+        st.DataError: (
+            lambda: st.analyze_array([gyros(1), gyros(1, rate=20.0)]),
+            lambda: st.analyze_array(gyros(2, n=100)),
+            lambda: st.analyze_array(arrays(gyro_0=np.zeros(5000), gyro_1=gyro_samples())),
+            lambda: st.analyze_array(arrays(gyro_0=gyro_samples(), gyro_1=gyro_samples())),
+        ),
+    },
+    "ArrayAnalysis.fused_record": {st.DataError: (lambda: without_virtual().fused_record,)},
+    "ArrayAnalysis.write_fused": {
+        st.DataError: (
+            lambda: without_virtual().write_fused("fused.csv"),
+            lambda: st.analyze_array(gyros(3)).write_fused("missing/fused.csv"),
+        )
     },
     "judge_lot": {
         st.OptionError: (

@@ -114,6 +114,11 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "Several runs of a unit, and many units.",
         ("compare_runs", "RunComparison", "random_effects", "RandomEffects", "measure_turn_on", "judge_lot", "Lot"),
     ),
+    (
+        "Arrays",
+        "Several sensors of one axis, and the virtual sensor that they make.",
+        ("analyze_array", "ArrayAnalysis"),
+    ),
     ("Reports", "One page with everything, to read offline, print and hand on.", ("report", "certify", "lot_report")),
     ("Store", "Results in a database.", ("Store",)),
     (

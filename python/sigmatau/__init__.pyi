@@ -27,6 +27,8 @@ from .fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from .io.read import read
 from .io.read.frame import from_frame
 from .io.write import write
+from .lab.arrays.analyze import analyze_array
+from .lab.arrays.result import ArrayAnalysis
 from .lab.datasheets.compare import compare_with
 from .lab.datasheets.sheet import Datasheet, datasheet, list_datasheets
 from .lab.datasheets.verdict import Verdict
@@ -70,6 +72,7 @@ from .statespace.verify import verify
 __all__ = [
     "Accumulator",
     "Analysis",
+    "ArrayAnalysis",
     "AvarFromPsd",
     "Bandwidths",
     "BiasFilter",
@@ -119,6 +122,7 @@ __all__ = [
     "__version__",
     "allan",
     "analyze",
+    "analyze_array",
     "arma",
     "avar_from_psd",
     "bandwidth",

@@ -133,6 +133,13 @@ sigmatau temperature ramp.csv --report ramp.html
 sigmatau temperature ramp.csv --axes gyro --mean=-20,25,60 --export px4=tc.params --export ardupilot=tcal.parm
 sigmatau temperature runs --temperature-from 'T(-?[0-9]+)' --unit-from '(SN[0-9]+)' --csv matrix.csv""",
     ),
+    "array": (
+        "Combine several sensors of one axis: correlation of their noise, optimal weights, and the virtual sensor's noise.",
+        """\
+sigmatau array board.csv --channels gyro_1=2,gyro_2=3,gyro_3=4,gyro_4=5 --unit gyro=deg/s --plot array.png
+sigmatau array board.csv --channels gyro_1=2,gyro_2=3,gyro_3=4,gyro_4=5 --unit gyro=deg/s --target 10s --write fused.csv
+sigmatau array board.csv --channels gyro_1=2,gyro_2=3,gyro_3=4 --unit gyro=deg/s --common --json hat.json""",
+    ),
     "datasheet": (
         "List published values of common sensors with their sources; print a sensor as a noise model.",
         """\
@@ -204,6 +211,7 @@ _USAGE = {
     "compare": "[RESULTS...]",
     "lot": "[UNITS...]",
     "temperature": "[LOGS...]",
+    "array": "LOGS...",
     "datasheet": "ACTION [NAME]",
     "fleet": "ACTION [LOGS...]",
     "store add": "RESULTS...",

@@ -396,6 +396,7 @@ def make_stream(
     offset: Mapping[str, float] | None = None,
     grid_source: RateSource = GIVEN_RATE,
     start: float = 0.0,
+    epoch: float = 0.0,
     jitter: float | None = None,
     finite: bool = False,
 ) -> Stream:
@@ -428,7 +429,7 @@ def make_stream(
         quantity=quantity,
         unit=si,
         channels=tuple(columns),
-        grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source, jitter=jitter),
+        grid=Grid(n=n, tau0=1.0 / rate, start=start, epoch=epoch, source=grid_source, jitter=jitter),
         samples=samples,
         mask=find_missing(samples, tuple(columns), finite=finite),
     )

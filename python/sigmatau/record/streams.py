@@ -83,6 +83,8 @@ class Grid:
         Where `tau0` comes from.
     lead : float
         Time of the first sample from the beginning of the whole record; 0 for the whole record. [s]
+    epoch : float
+        Whole seconds that were subtracted from time stamps that count from an epoch, such as 1970. [s]
     jitter : float or None
         Standard deviation of the time stamps about the grid; None without time stamps. [s]
     """
@@ -93,6 +95,7 @@ class Grid:
     source: RateSource = GIVEN_RATE
     jitter: float | None = None
     lead: float = 0.0
+    epoch: float = 0.0
 
     @property
     def rate(self) -> float:

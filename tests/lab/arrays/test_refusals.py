@@ -165,3 +165,33 @@ def test_weights_that_are_determined_too_weakly():
     assert result.coefficients["random_walk"]["gyro_0"].observed
     with pytest.raises(st.DataError, match="there is no virtual sensor"):
         _ = result.fused_record
+
+
+def pair_of_logs(folder, *, start, shift=0, late=0.0):
+    """Two logs of one clock with correlated noise; the second begins `shift` samples later, with stamps `late` [s]."""
+    x = noise("pair of logs", 2, n=8000)
+    x[1] = 0.9 * x[0] + 0.4 * x[1]
+    records = []
+    for k, first in enumerate((0, shift)):
+        path = folder / f"sensor{k}.csv"
+        time = start + k * late + np.arange(first, 8000) / 50
+        np.savetxt(
+            path, np.c_[time, x[k, first:]], delimiter=",", header="t [s],gyro_x [rad/s]", comments="", fmt="%.9f"
+        )
+        records.append(st.read(path))
+    return records
+
+
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("shift", [0, 3, 100])
+def test_logs_that_start_at_different_samples(tmp_path, start, shift):
+    """Stamps that count from 1970 lose their whole seconds when they are read; logs are still aligned."""
+    result = st.analyze_array(pair_of_logs(tmp_path, start=start, shift=shift))
+    assert result.samples == 8000 - shift
+    correlation = result.correlations["random_walk"]["gyro_x_1", "gyro_x_2"]
+    assert correlation.value == pytest.approx(0.9 / np.hypot(0.9, 0.4), abs=0.01)
+
+
+def test_logs_that_are_half_a_sample_apart(tmp_path):
+    with pytest.raises(st.DataError, match=r"not synchronous: they are 0\.50 samples apart"):
+        st.analyze_array(pair_of_logs(tmp_path, start=0.0, late=0.01))

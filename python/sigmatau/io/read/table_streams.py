@@ -164,6 +164,7 @@ def _make_part(table: Table, options: Options, resolved: Resolved, loaded: Loade
                 offset=options.offset,
                 grid_source=timing.source,
                 start=timing.start,
+                epoch=timing.epoch,
                 jitter=timing.jitter,
                 finite=timing.places is None and not missing.intersection(columns.values()),
             )
@@ -328,6 +329,7 @@ def temperature_stream(
             rate=timing.rate,
             grid_source=timing.source,
             start=timing.start,
+            epoch=timing.epoch,
             jitter=timing.jitter,
             finite=timing.places is None and not missing,
         )

@@ -67,7 +67,7 @@ def collect_channels(
     if len(columns) > _LARGEST_ARRAY:
         raise OptionError(f"{{option}}: at most {_LARGEST_ARRAY}, not {len(columns)}", option="axes")
     first = streams[0]
-    starts = [round((stream.grid.start - first.grid.start) / first.grid.tau0) for stream in streams]
+    starts = [round(_offset(stream, first)) for stream in streams]
     begin = max(starts)
     length = min(stream.grid.n + start for stream, start in zip(streams, starts, strict=True)) - begin
     if length < _LEAST_SAMPLES:
@@ -143,12 +143,18 @@ def _check_synchronous(streams: Sequence[Stream], names: Sequence[str]) -> None:
                 f"{names[0]} and {name} have different rates, {first.grid.rate:.8g} and {stream.grid.rate:.8g} Hz. An array"
                 " needs synchronous samples: one clock, or resampled logs"
             )
-        offset = (stream.grid.start - first.grid.start) / first.grid.tau0
+        offset = _offset(stream, first)
         if abs(offset - round(offset)) > _SAME_RATE:
             raise DataError(
                 f"{names[0]} and {name} are not synchronous: they are {abs(offset - round(offset)):.2f} samples apart."
                 " Sample all sensors by one clock"
             )
+
+
+def _offset(stream: Stream, first: Stream) -> float:
+    """Start of a stream after that of the first. [samples]"""
+    grid, reference = stream.grid, first.grid
+    return ((grid.epoch - reference.epoch) + (grid.start - reference.start)) / reference.tau0
 
 
 def refuse_unusable(names: Sequence[str], samples: Floats, quantity: str) -> None:

@@ -59,6 +59,7 @@ class Timing:
     second: float | None = None  # One unit of the stamps; None without stamps, or if their unit is not known. [s]
     # Time of the first sample; without whole seconds if the stamps count from an epoch. [s]
     start: float = 0.0
+    epoch: float = 0.0  # Whole seconds that were subtracted. [s]
     source: RateSource = GIVEN_RATE
     rows: NDArray[np.int64] | None = None  # Rows of the table in use, in order; None for all
     places: NDArray[np.int64] | None = None  # Places of the rows on the grid; None if no place is empty
@@ -119,7 +120,7 @@ def fit(
     def place(k: int) -> str:
         return where(k if used.rows is None else int(used.rows[k]))
 
-    start, notes = _start(stamps[grid.start], second)
+    start, epoch, notes = _start(stamps[grid.start], second)
     lost = grid.n - (grid.stop - grid.start)
     source = RateSource(kind="time stamps", place=name, lost=lost)
     rows = used.rows
@@ -131,6 +132,7 @@ def fit(
         rate=1.0 / tau0,
         second=second if has_unit else None,
         start=start,
+        epoch=epoch,
         source=source,
         jitter=grid.jitter * second,
         step=step * second,
@@ -150,16 +152,16 @@ def fit(
     )
 
 
-def _start(stamp: Any, second: float) -> tuple[float, tuple[str, ...]]:  # noqa: ANN401
+def _start(stamp: Any, second: float) -> tuple[float, float, tuple[str, ...]]:  # noqa: ANN401
     first = int(stamp) if isinstance(stamp, np.integer) else float(stamp)
     start = first * second
     if abs(start) < _LARGEST_START:
-        return start, ()
+        return start, 0.0, ()
     if second > 1:
-        return start % 1, (f"{start // 1:.0f} s subtracted from the time stamps",)
+        return start % 1, start // 1, (f"{start // 1:.0f} s subtracted from the time stamps",)
     ticks = round(1 / second)
     whole, rest = divmod(first, ticks)
-    return float(rest) * second, (f"{int(whole)} s subtracted from the time stamps",)
+    return float(rest) * second, float(whole), (f"{int(whole)} s subtracted from the time stamps",)
 
 
 def mismatch(rate: float, reference: float, kind: InputKind = "rate", *, stated: bool = False) -> tuple[Finding, ...]:

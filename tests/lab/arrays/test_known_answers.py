@@ -182,3 +182,17 @@ def test_ramps_do_not_matter():
 def test_optimal_vector_has_a_closed_form():
     matrix = np.array([[2.0, 0.5], [0.5, 1.0]])
     assert optimal_vector(matrix) == pytest.approx([0.25, 0.75])
+
+
+def test_signals_of_any_kind_are_an_array():
+    """Voltage references: the unit goes through, and the fused record is a signal."""
+    x = 1e-6 * np.random.default_rng(seed_of("references")).standard_normal((3, 4000))
+    unit = {f"ref_{k}": "V" for k in "abc"}
+    record = st.Record.from_arrays(rate=1, unit=unit, ref_a=x[0], ref_b=x[1], ref_c=x[2])
+    array = st.analyze_array(record)
+    assert (array.quantity, array.unit) == ("signal", "V")
+    assert array.fused_record.stream_of("ref_virtual").unit == "V"
+    assert array.virtual.model["ref_virtual"].unit == "V"
+    assert "3 sensors at 1 Hz" in repr(array)
+    common = st.analyze_array(record, common=True)
+    assert common.coefficients["random_walk"]["ref_a"].observed

@@ -18,7 +18,7 @@ from sigmatau.lab.arrays.array_fit import (
     measure_covariances,
     without_drifts,
 )
-from sigmatau.lab.arrays.channels import ArrayRecord, collect_channels, complete_rows, refuse_unusable
+from sigmatau.lab.arrays.channels import ArrayRecord, collect_channels, complete_rows, make_record, refuse_unusable
 from sigmatau.lab.arrays.codeviation import AllanCovariance, HatCurve, hat_curves
 from sigmatau.lab.arrays.components import component_unit, first_values, observed_components
 from sigmatau.lab.arrays.fusing import FittedArray, make_virtual
@@ -27,7 +27,6 @@ from sigmatau.lab.arrays.result import ArrayAnalysis
 from sigmatau.lab.arrays.virtual_sensor import mixed_terms
 from sigmatau.noise.terms import NOISE
 from sigmatau.noise.uncertainty import degrees_of_freedom
-from sigmatau.record import stream_name
 from sigmatau.results import seconds
 
 _TOO_WEAK = (
@@ -211,20 +210,18 @@ def _analysed(
     array: ArrayRecord, *, common: bool, threads: int | None
 ) -> tuple[Analysis, Mapping[str, NoiseFit], Bools]:
     """Analyse the sensors, or their differences; the fits, and the rows that are left out."""
-    record = array.record
+    record, names, samples = array.record, list(array.names), array.samples
     if common:
-        sensor, samples = stream_name(array.names[0]), array.samples
-        unit = {sensor: record.streams[0].unit} if record.streams[0].quantity == "signal" else {}
-        differences = {f"{sensor}_difference_{j}": samples[0] - samples[j] for j in range(1, len(samples))}
+        prefix = names[0].rpartition("_")[0] or names[0]
+        differences = {f"{prefix}_difference_{j}": samples[0] - samples[j] for j in range(1, len(samples))}
         for j, values in enumerate(differences.values(), 1):
             if float(np.nanvar(np.diff(values))) < _DUPLICATED * float(np.nanvar(np.diff(samples[j]))):
-                raise DataError(f"{array.names[0]} and {array.names[j]} are one signal. Leave one out")
-        record = Record.from_arrays(rate=record.streams[0].grid.rate, unit=unit, **differences)
+                raise DataError(f"{names[0]} and {names[j]} are one signal. Leave one out")
+        record, names = make_record(differences, record.streams[0]), list(differences)
     analysis = analyze(record, threads=threads)
     if not analysis.fits:
         reason = analysis.reason_without_fits or "no channel has a fit"
         raise NotAtRestError(f"{', '.join(array.names)}: {reason}. An array needs a record at rest")
-    names = list(record.streams[0].channels)
     lacking = [name for name in names if name not in analysis.fits or not analysis[name].model]
     if lacking:
         raise DataError(f"{', '.join(lacking)}: no noise model fits this sensor. Leave it out of {Hint('axes')}")
@@ -250,6 +247,7 @@ def _refuse_opposite(covariances: Sequence[AllanCovariance], *, common: bool) ->
 
 
 def _virtual_name(names: Sequence[str]) -> str:
-    sensor = stream_name(names[0])
+    """Sensor and axis of the channels, if they have one axis."""
+    sensor = names[0].split("_")[0]
     axes = {part for name in names for part in name.split("_")[1:] if part in ("x", "y", "z")}
     return f"{sensor}_{axes.pop()}" if len(axes) == 1 else f"{sensor}_virtual"

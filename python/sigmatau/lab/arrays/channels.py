@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +13,6 @@ from sigmatau.arrays import Bools, Floats, runs
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.record import stream_name
 
 _SAME_RATE = 0.25  # largest difference of the grids of two logs at their ends [samples]
 _LARGEST_ARRAY = 32  # number of channels; Judgement: a fit of more takes minutes
@@ -35,7 +34,7 @@ class ArrayRecord:
     sources : tuple of str
         File of each channel; empty if all are from one log.
     record : Record
-        One stream with these channels.
+        These channels, and the thermometers of the log.
     """
 
     names: tuple[str, ...]
@@ -45,8 +44,7 @@ class ArrayRecord:
     @property
     def samples(self) -> Floats:
         """Rates in SI, shape (n, N); NaN where samples are missing."""
-        stream = self.record.streams[0]
-        return np.stack([stream.column(name) for name in self.names])
+        return np.stack([self.record.stream_of(name).column(name) for name in self.names])
 
 
 def collect_channels(
@@ -76,16 +74,22 @@ def collect_channels(
         name: (-1.0 if name in invert else 1.0) * values[begin - start : begin - start + length]
         for (name, values), start in zip(columns.items(), starts, strict=True)
     }
-    sensor = stream_name(next(iter(columns)))
-    unit = {sensor: first.unit} if first.quantity == "signal" else {}
-    combined = Record.from_arrays(rate=first.grid.rate, unit=unit, **arrays)
-    merged = replace(combined.streams[0], grid=replace(combined.streams[0].grid, source=first.grid.source))
+    combined = make_record(arrays, first)
     thermometers = tuple(s for s in records[0].streams if s.quantity == "temperature") if len(records) == 1 else ()
     return ArrayRecord(
         names=tuple(columns),
         sources=tuple(sources),
-        record=Record(streams=(merged, *thermometers), provenance=records[0].provenance),
+        record=replace(combined, streams=(*combined.streams, *thermometers), provenance=records[0].provenance),
     )
+
+
+def make_record(arrays: Mapping[str, Floats], like: Stream) -> Record:
+    """A record of rates in SI by channel, with the quantity, rate and source of rate of a stream."""
+    unit = dict.fromkeys(arrays, like.unit) if like.quantity == "signal" else {}
+    columns: dict[str, Any] = dict(arrays)
+    record = Record.from_arrays(rate=like.grid.rate, unit=unit, **columns)
+    streams = (replace(s, grid=replace(s.grid, source=like.grid.source)) for s in record.streams)
+    return replace(record, streams=tuple(streams))
 
 
 def _chosen(

@@ -162,7 +162,7 @@ class ArrayAnalysis(Tabular):
         """
         if self.virtual is None:
             raise DataError(f"there is no virtual sensor: {self.no_weights}")
-        unit = {self.virtual.channel.partition("_")[0]: self.unit} if self.quantity == "signal" else {}
+        unit = {self.virtual.channel: self.unit} if self.quantity == "signal" else {}
         arrays: dict[str, Any] = {self.virtual.channel: self.fused}
         return Record.from_arrays(rate=1 / self.tau0, unit=unit, **arrays)
 

@@ -14,7 +14,8 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import aligned, duration_text, lines_text, seconds, wrapped
 
 _SENSORS = {"angular_rate": "gyros", "acceleration": "accelerometers"}
-_MOST_PAIRS = 15  # largest number of pairs that are printed for a component
+# largest numbers of pairs that are printed for a component: without, and with significant correlation
+_MOST_PAIRS, _MOST_CORRELATED = 6, 15
 
 
 def array_text(array: ArrayAnalysis) -> str:
@@ -90,12 +91,12 @@ def _not_observable(count: int) -> str:
 
 
 def _pair_lines(pairs: Mapping[tuple[str, str], Correlation]) -> list[str]:
-    ordered = sorted(pairs.items(), key=lambda item: -abs(item[1].value or 0.0))
-    rows = [
-        [f"  {a}", b, _cell(each, sign="+"), "correlated" if each.correlated else ""]
-        for (a, b), each in ordered[:_MOST_PAIRS]
-    ]
-    rest = len(ordered) - _MOST_PAIRS
+    """The significant correlations and the largest of the others."""
+    ordered = sorted(pairs.items(), key=lambda item: (not item[1].correlated, -abs(item[1].value or 0.0)))
+    significant = sum(each.correlated for each in pairs.values())
+    shown = ordered[: min(max(_MOST_PAIRS, significant), _MOST_CORRELATED)]
+    rows = [[f"  {a}", b, _cell(each, sign="+"), "correlated" if each.correlated else ""] for (a, b), each in shown]
+    rest = len(ordered) - len(shown)
     return aligned(rows) + ([f"  and {rest} weaker pairs"] if rest > 0 else [])
 
 

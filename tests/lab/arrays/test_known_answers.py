@@ -9,7 +9,7 @@ import pytest
 
 import sigmatau as st
 from known import seed_of
-from sigmatau.lab.arrays.array_fit import Conditions, fit_array
+from sigmatau.lab.arrays.array_fit import Conditions, fit_array, without_drifts
 from sigmatau.lab.arrays.codeviation import allan_covariances, hat_curves
 from sigmatau.lab.arrays.components import Component, densities
 from sigmatau.lab.arrays.cosine_bands import cosine_transform, gather_bands
@@ -196,3 +196,21 @@ def test_signals_of_any_kind_are_an_array():
     assert "3 sensors at 1 Hz" in repr(array)
     common = st.analyze_array(record, common=True)
     assert common.coefficients["random_walk"]["ref_a"].observed
+
+
+def test_excluded_bands_leave_the_rest():
+    """Around a resonance and a line, frequencies are left out, and white noise is estimated from the others."""
+    x = np.random.default_rng(seed_of("excluded")).standard_normal((2, 8192))
+    x += 20 * np.sin(2 * np.pi * 0.11 * np.arange(8192))
+    bands = gather_bands(x, 1.0, lines=[0.11], excluded=[(0.2, 0.3)], highest=0.4)
+    used = np.flatnonzero(bands.used) / (2 * 8192)
+    assert used.max() == pytest.approx(0.4, abs=1e-3)
+    assert not ((used > 0.2) & (used < 0.3)).any()
+    assert not (abs(used - 0.11) < 0.002).any()
+    assert bands.count.sum() == bands.used.sum() == pytest.approx(8192 * 0.6, rel=0.02)
+    conditions = Conditions(highest=0.4, lines=(0.11,), resonances=((0.2, 0.3),))
+    white = (Component(name="random_walk"),)
+    fit = fit_array(
+        without_drifts(x, 1.0, conditions), 1.0, white, np.ones((1, 2)), common=False, conditions=conditions
+    )
+    assert np.diag(fit.matrices[0]) == pytest.approx(1, abs=4 * np.sqrt(2 / bands.count.sum()))

@@ -21,7 +21,7 @@ from sigmatau.lab.arrays.virtual_sensor import mixed_terms
 from sigmatau.noise.uncertainty import degrees_of_freedom
 
 _FILTER_SHARE = 0.125  # share of the corner of a filter above which frequencies are left out [1]; 1.5 % of the density
-_RESONANCE_WIDTHS = 8.0  # half widths around a resonance that are left out [1]
+_RESONANCE_WIDTHS = 16.0  # half widths on each side of a resonance that are left out, within an octave [1]
 _NEEDED = 0.05  # p-value above which a component that few channels observe is left out. [1] Judgement: the usual level
 _FALSE_ALARMS = 0.05  # probability that independent sensors are called correlated. [1] Judgement: the usual level
 
@@ -36,6 +36,8 @@ class Conditions:
         Highest frequency that is used. [Hz]
     lines : tuple of float
         Frequencies of lines. [Hz]
+    resonances : tuple of (float, float)
+        Bands of frequency that are left out, because a channel has a resonance there. [Hz]
     warm_up : tuple of float
         Time constants of drifts that decay exponentially from the first sample. [s]
     ramp : bool
@@ -44,6 +46,7 @@ class Conditions:
 
     highest: float | None = None
     lines: tuple[float, ...] = ()
+    resonances: tuple[tuple[float, float], ...] = ()
     warm_up: tuple[float, ...] = ()
     ramp: bool = False
 
@@ -56,18 +59,23 @@ def find_conditions(fits: Mapping[str, NoiseFit]) -> Conditions:
         for fit in fits.values()
         if fit.response is not None and fit.response.corner is not None
     ]
-    for fit in fits.values():
-        highest += [
-            max(peak.frequency.value - _RESONANCE_WIDTHS * peak.width.value, 0.25 * peak.frequency.value)
-            for peak in fit.resonance
-        ]
+    resonances = tuple(
+        (
+            max(peak.frequency.value - _RESONANCE_WIDTHS * peak.width.value, 0.5 * peak.frequency.value),
+            min(peak.frequency.value + _RESONANCE_WIDTHS * peak.width.value, 2.0 * peak.frequency.value),
+        )
+        for fit in fits.values()
+        for peak in fit.resonance
+    )
     lines: list[float] = []
     for frequency in sorted(line.frequency.value for fit in fits.values() for line in fit.sinusoid):
         if not lines or frequency > 1.001 * lines[-1]:
             lines.append(frequency)
     warm = sorted({fit.warm_up.time for fit in fits.values() if fit.warm_up is not None})
     ramp = any("rate_ramp" in fit.observed for fit in fits.values())
-    return Conditions(highest=min(highest, default=None), lines=tuple(lines), warm_up=tuple(warm), ramp=ramp)
+    return Conditions(
+        highest=min(highest, default=None), lines=tuple(lines), resonances=resonances, warm_up=tuple(warm), ramp=ramp
+    )
 
 
 def without_drifts(samples: Floats, tau0: float, conditions: Conditions) -> Floats:
@@ -97,7 +105,14 @@ def fit_array(
     """
     time = (np.arange(samples.shape[1]) + 0.5) * tau0
     regressors = [np.exp(-time / each) for each in conditions.warm_up]
-    bands = gather_bands(samples, tau0, regressors=regressors, lines=conditions.lines, highest=conditions.highest)
+    bands = gather_bands(
+        samples,
+        tau0,
+        regressors=regressors,
+        lines=conditions.lines,
+        excluded=conditions.resonances,
+        highest=conditions.highest,
+    )
     shapes = densities(components, samples.shape[1], tau0)
     n = len(samples)
     if not common:

@@ -107,12 +107,13 @@ def gather_bands(
     *,
     regressors: Sequence[Floats] = (),
     lines: Sequence[float] = (),
+    excluded: Sequence[tuple[float, float]] = (),
     highest: float | None = None,
 ) -> Bands:
     """Transform channels, shape (n, N), and gather neighbouring frequencies.
 
     `regressors`: curves of the mean, besides a constant and a ramp; `lines`: frequencies of lines, which are left
-    out; `highest`: frequency above which no band is made. [Hz]
+    out; `excluded`: bands that are left out; `highest`: frequency above which no band is made. [Hz]
     """
     n = samples.shape[1]
     time = (np.arange(n) + 0.5) / n - 0.5
@@ -120,7 +121,7 @@ def gather_bands(
     y = cosine_transform(samples)
     x = cosine_transform(curves)
     x /= np.sqrt(np.sum(x[:, 1:] ** 2, axis=1, keepdims=True))
-    used = _usable(n, tau0, lines, highest)
+    used = _usable(n, tau0, lines, excluded, highest)
     first, last = _edges(used)
     y, x = np.where(used, y, 0.0), np.where(used, x, 0.0)
     rows = [np.s_[:, a : b + 1] for a, b in zip(first, last, strict=True)]
@@ -137,12 +138,16 @@ def gather_bands(
     )
 
 
-def _usable(n: int, tau0: float, lines: Sequence[float], highest: float | None) -> Bools:
-    """Frequencies that are used: all but the constant, the lines, and those above `highest`."""
+def _usable(
+    n: int, tau0: float, lines: Sequence[float], excluded: Sequence[tuple[float, float]], highest: float | None
+) -> Bools:
+    """Frequencies that are used: all but the constant, the lines, excluded bands, and those above `highest`."""
     used = np.ones(n, dtype=bool)
     used[0] = False
     if highest is not None:
         used[int(2 * n * tau0 * highest) + 1 :] = False
+    for low, high in excluded:
+        used[max(int(2 * n * tau0 * low), 1) : int(2 * n * tau0 * high) + 1] = False
     for frequency in lines:
         width = _LINE_WIDTH + _LINE_SHARE * 2 * n * tau0 * frequency
         middle = 2 * n * tau0 * frequency

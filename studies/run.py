@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from studies import (
     adis16405,
+    arrays,
     bandwidth,
     bandwidth_instrument,
     coarse,
@@ -75,6 +76,7 @@ STUDIES = (
     repeatability,
     lots,
     temperature,
+    arrays,
     paper_claims,
 )
 

@@ -22,7 +22,7 @@ def test_the_published_schema_is_that_of_the_types():
         FILE.write_text(text(schema()) + "\n", encoding="utf-8")
     published = json.loads(FILE.read_text(encoding="utf-8"))
     jsonschema.Draft202012Validator.check_schema(published)
-    assert published == schema()
+    assert published == schema(), "UPDATE_WORDS=1 .venv/bin/python -m pytest tests/analysis/test_schema.py"
 
 
 @pytest.mark.parametrize("subject", SUBJECTS)

@@ -26,7 +26,10 @@ def examples(subject):
 
 
 def test_every_kind_has_an_example():
-    assert {type(one.details) for subject in SUBJECTS for one in examples(subject)} == {*details_by_code().values()}
+    shown = {type(one.details) for subject in SUBJECTS for one in examples(subject)}
+    lacking = {kind.__name__ for kind in {*details_by_code().values()} - shown}
+    assert not lacking, f"add to `EXAMPLES` in tests/findings/examples_SUBJECT.py: {sorted(lacking)}"
+    assert shown == {*details_by_code().values()}
 
 
 @pytest.mark.parametrize("subject", SUBJECTS)
@@ -36,7 +39,10 @@ def test_words_are_those_of_the_golden_file(subject):
     golden = HERE / f"{subject}.txt"
     if os.environ.get("UPDATE_WORDS"):
         golden.write_text(text, encoding="utf-8")
-    assert text == golden.read_text(encoding="utf-8")
+    words = golden.read_text(encoding="utf-8")
+    assert text == words, (
+        f"if the words are right: UPDATE_WORDS=1 .venv/bin/python -m pytest tests/findings, read {subject}.txt"
+    )
 
 
 @pytest.mark.parametrize("subject", SUBJECTS)

@@ -119,6 +119,19 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "Several sensors of one axis, and the virtual sensor that they make.",
         ("analyze_array", "ArrayAnalysis"),
     ),
+    (
+        "Temperature",
+        "Noise and bias over temperature, from a log or several runs.",
+        (
+            "calibrate_temperature",
+            "TemperatureCalibration",
+            "calibrate_over_runs",
+            "TemperatureRun",
+            "temperature_matrix",
+            "TemperatureMatrix",
+            "temperature_report",
+        ),
+    ),
     ("Reports", "One page with everything, to read offline, print and hand on.", ("report", "certify", "lot_report")),
     ("Store", "Results in a database.", ("Store",)),
     (

@@ -234,6 +234,10 @@ class StampError(DataError):
     """The time stamps of a log do not form a grid, or go backwards."""
 
 
+class NotAtRestError(DataError):
+    """A sensor that is not at rest, or a record that is too short to tell, where coefficients are needed."""
+
+
 class RecordTooShortError(DataError):
     """There are too few samples.
 

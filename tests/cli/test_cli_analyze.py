@@ -179,7 +179,7 @@ class TestAnalyze:
         assert code == 2
         assert "--terms: unknown term 'arw'; it is random_walk here" in err
         code, out, err = run(*options, "--terms", "random_walk", "--method", "read-off", capsys=capsys)
-        assert (code, "--terms are of a fit" in err) == (2, True)
+        assert (code, "--terms apply to fitted coefficients" in err) == (2, True)
         code, out, _ = run("analyze", log, "--rate", 100, "--terms", "random_walk", capsys=capsys)
         assert out.count("not fitted") == 6
 

@@ -88,7 +88,7 @@ def test_one_density_in_any_unit(table, head, options, factor, power, capsys):
             "f,psd",
             ["--sided", "one", "--unit", "ug/rtHz", "--channel", "gyro_x"],
             2,
-            "the unit is that of another sensor",
+            "the unit does not fit this sensor",
         ),
         ("f,psd", ["--sided", "one", "--unit", "ug/rtHz", "--columns", "frequency=3"], 2, "no column '3' among f, psd"),
         (

@@ -153,7 +153,7 @@ class TestLines:
             (b"gyro_x\n1\n2\n3\n", {"rate": 5}, "unit"),
             (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "`rate=HZ`"),
             (b"hello\nworld\n", {"rate": 5}, "no line of numbers"),
-            (b"", {"rate": 5}, "only blank lines"),
+            (b"", {"rate": 5}, "no line has arrived"),
         ],
     )
     def test_what_is_missing_is_asked_for(self, text, given, words):

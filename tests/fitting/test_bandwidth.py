@@ -165,7 +165,7 @@ def test_too_short_and_constant():
     [
         ({"tolerance": 0}, "`tolerance` must be between 0 and 1"),
         ({"level": 95}, "`level` must be between 0 and 1"),
-        ({"channels": ["gyro_y"]}, "`channels` must be of gyro_x"),
+        ({"channels": ["gyro_y"]}, "`channels` must be some of gyro_x"),
     ],
 )
 def test_wrong_options(wrong, message):

@@ -51,7 +51,7 @@ def test_a_crossing_is_no_term():
     curve = st.allan(st.simulate(model, duration=200_000, rate=1, rng=known.seed_of("slope crossing")))["gyro_x"]
     slope = st.fit_slope(curve, tau_min=100, tau_max=400)  # they cross at 192 s, with the slope -3/4
     assert slope.terms == ()
-    assert repr(slope).endswith("that of no term")
+    assert repr(slope).endswith("no term has this slope")
 
 
 def test_short_records_exclude_no_true_term():

@@ -106,7 +106,7 @@ def test_rates_beside_increments(tmp_path):
     log = text(tmp_path, names, *ROWS)
     record = read(log, rate=100, unit={"gyro": "deg/s"})
     np.testing.assert_allclose(samples(record), VALUES[:, :3], rtol=1e-12)
-    note = "DeltaAngleX, DeltaAngleY, DeltaAngleZ not read: increments beside rates"
+    note = "DeltaAngleX, DeltaAngleY, DeltaAngleZ not read: increments of channels that also have rates"
     assert note in record.provenance.conversions
     record = read(log, rate=100, unit={"gyro": "deg"}, input="increments")
     np.testing.assert_allclose(samples(record), VALUES[:, 3:] * 100, rtol=1e-12)

@@ -11,7 +11,7 @@ from scipy.signal import butter, lfilter, sosfilt
 from known import seed_of
 from sigmatau import NoiseModel, Record, simulate
 from sigmatau.quality.facts import keep_facts
-from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
+from sigmatau.quality.samples.dense_spikes import dense_spikes, has_hidden_spikes
 from sigmatau.quality.samples.disturbances import disturbances, without
 from sigmatau.quality.samples.spikes import _multiple, find_spikes, spike_mask, spikes
 from sigmatau.record.streams import Columns, Transform
@@ -95,7 +95,7 @@ def test_mixtures_of_all_terms_have_none(k):
     x = record.streams[0].column("gyro_x")
     assert not find_spikes(x).any()
     assert dense_spikes(x, 0.0) is None
-    assert not hidden(x, 0.0)
+    assert not has_hidden_spikes(x, 0.0)
 
 
 FILTERS = {

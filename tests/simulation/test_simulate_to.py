@@ -175,7 +175,7 @@ NAMES = {
     "a\0b": "must be printable text",
     "a\x1bb": "must be printable text",
     "a\ud800": "must be printable text",
-    "a" * 70_000: "70004 characters, and 200 are the most",
+    "a" * 70_000: "70004 characters, and at most 200 are allowed",
 }
 
 

@@ -23,12 +23,12 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.outputs import NOT_AT_REST
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError, NotAtRestError, OptionError
 from sigmatau.exporting.export import prepare
 from sigmatau.findings.finding import damaged
 from sigmatau.io.atomic import atomic
 from sigmatau.io.write import RECORD_ENDINGS
-from sigmatau.lab.arrays.analyze import NotAtRestError, analyze_array
+from sigmatau.lab.arrays.analyze import analyze_array
 from sigmatau.lab.arrays.result import ArrayAnalysis
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel

@@ -26,15 +26,16 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError, NotAtRestError, OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.io.atomic import atomic
-from sigmatau.io.written import is_result
-from sigmatau.lab.lots.reading import gather, natural_order
+from sigmatau.io.folders import gather, skipped_lines
+from sigmatau.lab.lots.reading import gather as gather_results
+from sigmatau.lab.lots.reading import natural_order
 from sigmatau.lab.pages.temperature_report import temperature_report
 from sigmatau.lab.store.naming import Naming, stated_temperature
 from sigmatau.lab.temperature.branches import LEAST_RANGE
-from sigmatau.lab.temperature.calibrate import NotAtRestError, calibrate_temperature
+from sigmatau.lab.temperature.calibrate import calibrate_temperature
 from sigmatau.lab.temperature.firmware import AUTOPILOTS
 from sigmatau.lab.temperature.matrix import TemperatureMatrix, temperature_matrix
 from sigmatau.lab.temperature.over_runs import TemperatureRun, calibrate_over_runs
@@ -214,15 +215,13 @@ def _gather(places: Sequence[Path], *, quiet: bool) -> list[Path]:
             files.append(place)
             continue
         try:
-            logs, rest = batch.gather([place])
+            inside, skipped = gather([place])
         except DataError:
-            files += gather([place], tables=False)
+            files += gather_results([place], tables=False)
             continue
-        empty = [file for file in rest if file.stat().st_size == 0]  # named as a log that cannot be read
-        files += sorted([*logs, *empty], key=lambda file: natural_order(str(file)))
-        skipped = [str(file) for file in rest if file not in empty and not is_result(file)]
-        if skipped:
-            say(f"skipped, not a log: {', '.join(skipped)}", quiet=quiet)
+        files += sorted(inside, key=lambda file: natural_order(str(file)))
+        for line in skipped_lines(skipped):
+            say(line, quiet=quiet)
     return files
 
 

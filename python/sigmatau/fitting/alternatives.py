@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sigmatau._native.distributions import normal_quantile
+from sigmatau._native.distributions import chi2_quantile_above, normal_quantile
 from sigmatau.arrays import Floats
 from sigmatau.model.processes import GaussMarkov
 
@@ -22,7 +22,7 @@ _TIMES = 2.0  # number of correlation times per decade, as in the fit
 _SHORTEST_TIME, _LONGEST_SHARE = 40, 12  # correlation times: from 40 samples to a twelfth of the record, as in the fit
 _STEPS = 12  # largest number of steps of a fit of densities
 _CONVERGED = 1e-3  # change of the deviance at which such a fit ends
-_INTERVAL = 3.84  # rise of the deviance at an end of a 95 % interval
+_INTERVAL = float(chi2_quantile_above(1, 0.05))  # rise of the deviance at an end of a 95 % interval
 _PARAMETER = 2.0  # price of a parameter in deviance (Akaike)
 _BY_CHANCE = 2.6
 """Fall of the deviance that the best process owes to chance. Study: docs/study/planning.md, of which six rows of bias

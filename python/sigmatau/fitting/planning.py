@@ -330,7 +330,7 @@ def plan(
     >>> kind = {"channel": "gyro_x", "quantity": "angular_rate", "rate_unit": "rad/s"}
     >>> found = st.plan({"random_walk": 1e-4}, "bias_instability", rate=10, value=2e-5, **kind)
     >>> round(found.half_in), round(found.most_in)  # seconds, to see it with 50 % and with 90 %
-    (953, 2639)
+    (5164, 14766)
     """
     if duration is None and value is None:
         raise OptionError("give the length of a record, a value, or both", option="hours")

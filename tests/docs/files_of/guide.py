@@ -49,6 +49,13 @@ def make(folder: Path) -> None:
     np.savetxt(
         folder / "density.csv", np.c_[frequency, density], delimiter=",", header="frequency,density", comments=""
     )
+    tau = 0.01 * 2.0 ** np.arange(17)
+    curve = np.c_[np.arange(1, 18), tau, np.zeros((17, 3)), 5 / np.sqrt(tau), np.zeros(17)]
+    np.savetxt(folder / "stable32.txt", curve, header="AF Tau # Alpha Min Sigma Max")
+    header = "tau [s],gyro_x adev [deg/h]"
+    np.savetxt(folder / "adev.csv", curve[:, [1, 5]], delimiter=",", header=header, comments="")
+    board = noise("board", 3000, 4)
+    timed(folder / "board.csv", 0.1 * board, {f"g{k}": "deg/s" for k in range(1, 5)})
     write_cycle(folder)
     (folder / "table1.csv").write_text(typed("arcsec", (0.973, 0.960, 0.919)))
     for day in range(1, 4):

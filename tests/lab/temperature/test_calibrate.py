@@ -7,8 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import Record, calibrate_temperature, temperature_report
-from sigmatau.errors import DataError, OptionError
-from sigmatau.lab.temperature.calibrate import NotAtRestError
+from sigmatau.errors import DataError, NotAtRestError, OptionError
 from temperature_logs import AXES, DEG_H, log, noise, ramp, steps
 
 MEAN = (50.0, 5.0, 0.02, -4e-4)

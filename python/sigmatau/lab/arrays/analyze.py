@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmatau import Analysis, NoiseFit, Record, analyze
 from sigmatau.arrays import Bools
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError, NotAtRestError, OptionError
 from sigmatau.hints import Hint
 from sigmatau.lab.arrays.array_fit import (
     choose_components,
@@ -36,10 +36,6 @@ _CONTRASTED = 3  # smallest number of sensors of a hat
 # Correlation of two sensors below which one of them has the other sign. [1] Judgement: no independent noise has it.
 _OPPOSITE, _OPPOSITE_COMMON = -0.8, -0.3
 _DUPLICATED = 1e-6  # ratio of the variance of a difference to that of a sensor below which both are one signal [1]
-
-
-class NotAtRestError(DataError):
-    """The sensors are not at rest, or the record is too short to tell."""
 
 
 def analyze_array(

@@ -63,7 +63,7 @@ def _orientations(lot: Lot, width: int) -> list[str]:
     """The orientations of a lot of which none is usual, so that no unit is named."""
     notes = (remark for unit in lot.units for remark in unit.remarks if remark.kind == "note")
     mixed = next((remark for remark in notes if isinstance(remark.details, MixedLot)), None)
-    return [] if mixed is None else wrapped([f"{mixed.finding.message}."], width=width)
+    return [] if mixed is None else wrapped([f"{mixed.text}."], width=width)
 
 
 def _only_described(lot: Lot, width: int) -> list[str]:

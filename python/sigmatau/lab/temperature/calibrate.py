@@ -10,7 +10,7 @@ import numpy as np
 from sigmatau import Analysis, Record, Stream, allan, analyze
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.arrays import Floats
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import NotAtRestError, OptionError
 from sigmatau.lab.temperature.bias_fit import MAX_DEGREE, BiasFit, fit_bias
 from sigmatau.lab.temperature.branches import Blocks, Span, find_spans, find_thermometer, split_blocks
 from sigmatau.lab.temperature.noise_by_window import noise_terms, window_terms
@@ -22,10 +22,6 @@ ROOM = 25.0
 
 _BRANCHES = {1: "rising", -1: "falling", 0: ""}
 _QUANTITIES = ("angular_rate", "acceleration", "signal")
-
-
-class NotAtRestError(DataError):
-    """The sensor moved during the calibration, or the log is too short to tell."""
 
 
 def calibrate_temperature(

@@ -5,7 +5,7 @@ import pytest
 
 import sigmatau as st
 from known import seed_of
-from sigmatau.lab.arrays.analyze import NotAtRestError
+from sigmatau.errors import NotAtRestError
 from sigmatau.lab.arrays.channels import complete_rows
 
 

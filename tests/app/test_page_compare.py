@@ -179,7 +179,9 @@ def test_by_keys(opened, lab):
     tab.get_by_role("row", name="march").wait_for()
     press(tab, "Tab", "|Unit")
     tab.keyboard.type("A*")
+    listed = tab.get_by_role("row", name="march").element_handle()
     tab.keyboard.press("Enter")
+    listed.wait_for_element_state("hidden")  # the list is made anew, and takes the focus
     tab.get_by_role("row", name="march").wait_for()
     for name in ("Add A1 april", "Add A1 march"):
         press(tab, "Tab", name)

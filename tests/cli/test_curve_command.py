@@ -136,3 +136,20 @@ def test_values_that_a_curve_cannot_have(tmp_path, place, value, message):
     (tmp_path / "c.csv").write_text("tau,adev [deg/h]\n" + "".join(f"{a},{b}\n" for a, b in rows))
     with pytest.raises(st.DataError, match=message):
         st.read_curves(tmp_path / "c.csv", rate=10, duration=3600)
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (("tau [s]", "gyro_x adev [rad/s]", "gyro_x error [rad/s]"), "several columns of gyro_x"),
+        (("tau [s]", "gyro_x mdev [rad/s]"), "another deviation"),
+        (("tau [h]", "gyro_x adev [rad/s]"), "averaging times in h"),
+    ],
+)
+def test_a_table_with_other_contents_is_refused(curves, tmp_path, capsys, names, message):
+    """An error of a deviation, another deviation or hours would give wrong coefficients without a word."""
+    curve = curves["gyro_x"]
+    columns = dict(zip(names, (curve.tau, curve.adev, curve.adev / 50), strict=False))
+    file = table(tmp_path / "other.csv", {name: numbers(values) for name, values in columns.items()})
+    assert main(["curve", str(file), "--rate", str(RATE), "--hours", str(DURATION / 3600)]) != 0
+    assert message in capsys.readouterr().err

@@ -25,8 +25,12 @@ Content = Literal["deviation", "variance"]
 Sizes = NDArray[np.int64]
 
 _TIMES = {"tau", "taus", "τ", "averaging", "cluster", "period", "t"}
+_SECONDS = {"", "s", "sec", "second", "seconds"}
 _DEVIATIONS = {"adev", "oadev", "deviation", "adevs", "sigma", "σ", "std"}
 _VARIANCES = {"avar", "oavar", "variance", "var", "avars"}
+_OTHERS = {
+    f"{kind}{end}" for kind in ("m", "om", "h", "oh", "t", "tot", "mtot", "tto", "hto") for end in ("dev", "var")
+}
 _SQUARE = re.compile(r"\((.+)\)\s*(?:\^2|²)")
 _QUANTITIES = {"rad/s": ("angular_rate", "gyro"), "m/s^2": ("acceleration", "accel")}
 _SENSORS = {"gyro": "angular_rate", "accel": "acceleration"}
@@ -66,6 +70,10 @@ def read_curve_table(
         for finding in loaded.findings:
             raise DataError(f"is damaged: {finding}")
         values = {key: np.asarray(loaded.columns[k], dtype=np.float64) for key, k in places.items()}
+        times = table.columns[places["tau"]]
+        time_unit = unit_in(times.name, times.unit)
+        if time_unit.lower() not in _SECONDS:
+            raise DataError(f"has averaging times in {time_unit}. Convert them to s")
         sizes = _sizes(table, values.pop("tau"), rate, samples)
         curves = {}
         for key, numbers in values.items():
@@ -96,7 +104,12 @@ def _chosen(table: Table, columns: dict[str, str]) -> dict[str, int]:
         places["tau"] = matching[0]
     if len(places) == 1:
         rest = [k for k in range(len(names)) if k != places["tau"]]
-        channels = {_channel(names[k]): k for k in rest if _channel(names[k])}
+        channels: dict[str, int] = {}
+        for k in rest:
+            name = _channel(names[k])
+            if name and channels.setdefault(name, k) != k:
+                hint = Hint("columns", value={name: names[channels[name]]})
+                raise OptionError(f"has several columns of {name}: {listed}. Name one, e.g. {hint}", option="columns")
         if channels:
             places |= channels
         elif len(rest) == 1:
@@ -172,6 +185,8 @@ def _unit(name: str, column_unit: str | None, stated: str | None, content: Conte
 def _is_variance(name: str, content: Content | None, *, has_square: bool, has_unit: bool) -> bool:
     """Whether a column has variances, by the option or by its name and unit. Raises the question if nothing states it."""
     words = {*name_words(bare_name(name)), *(["σ"] if "σ" in name else [])}
+    if words & _OTHERS:
+        raise DataError(f"{name} is another deviation. Overlapped Allan deviations are needed")
     is_variance = bool(words & _VARIANCES) or has_square
     is_deviation = not is_variance and (bool(words & _DEVIATIONS) or has_unit)
     if content is None and not (is_variance or is_deviation):

@@ -285,6 +285,7 @@ class TestPages:
         (["--certificate", "lab.toml"], "--certificate needs --report"),
         (["--certificate", "lab.toml", "--report", "r.html", "--joint-axes"], "--certificate is for one log"),
         (["--certificate", "lab.toml", "--report", "reports", "--jobs", "2"], "--certificate is for one log"),
+        (["--certificate", "lab.toml", "--report", "r.html", "--export", "model=lab.toml"], "the file that is read"),
     ],
 )
 def test_options(words, reason, lab, tmp_path, monkeypatch, capsys):

@@ -53,7 +53,8 @@ class Outputs:
         """Check all files of a command, before a log is read."""
         named = {f"export {name}": path for name, path in exports.files.items()}
         curves = {} if self.csv is None else {"csv curves": curves_path(self.csv)}
-        check_outputs(logs, **self.files, **named, **curves)
+        read = [] if self.certificate is None else [self.certificate.path]
+        check_outputs([*logs, *read], **self.files, **named, **curves)
 
     def inside(self, name: str) -> Outputs:
         """Output files of one log in the folders for several logs."""

@@ -124,6 +124,13 @@ def test_refusals(ramp, runs, tmp_path, capsys):
     refused(capsys, 5, "at rest", tmp_path / "moving.csv")
 
 
+def test_two_outputs_in_one_file_are_refused(ramp, tmp_path, capsys):
+    """The second would replace the first."""
+    file = tmp_path / "both.json"
+    assert main(["temperature", str(ramp), "--json", str(file), "--export", f"px4={file}"]) == 2
+    assert "name two files" in capsys.readouterr().err
+
+
 def test_a_real_log_at_room_temperature_is_refused(field_data, tmp_path, capsys):
     """Ten minutes of an MPU-6050, whose thermometer shows half a kelvin."""
     log = np.load(field_data / "mpu6050_10min.npz")

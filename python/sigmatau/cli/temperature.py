@@ -19,7 +19,6 @@ from sigmatau.cli.options import (
     command_line,
     drawing,
     matched,
-    refuse_same,
     say,
     working,
     write_figure,
@@ -143,9 +142,8 @@ def temperature_command(
     channels = [word.strip() for text in axes or [] for word in text.split(",") if word.strip()] or None
     exports = _exports(export or [])
     places = [] if store is not None else _gather(matched(logs), quiet=quiet)
-    check_outputs(places, report=report, plot=plot, json=json, csv=csv)
-    for place in places:
-        refuse_same(place, **{f"export {name}": path for name, path in exports.items()})
+    named = {f"export {name}": path for name, path in exports.items()}
+    check_outputs(places, report=report, plot=plot, json=json, csv=csv, **named)
     code, matrix, result = 0, None, None
     record = None
     if store is None and len(places) == 1 and places[0].suffix.lower() != ".json":

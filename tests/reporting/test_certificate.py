@@ -122,6 +122,13 @@ class TestFile:
             ("^factor = 1.5", "factor = true", "decision.factor True must be a number"),
             ("^factor = 1.5", "factor = 0.5", "decision.factor 0.5 must be a number from 1"),
             (*without("traceability"), "lacks method.traceability"),
+            ("^reviewer = .*", 'reviewer = "  "', "lacks report.reviewer"),
+            (
+                "^issued = .*",
+                "issued = 1999-01-01",
+                "report.issued, 1999-01-01, is before measurement.date, 2026-05-07",
+            ),
+            ("^received = .*", "received = 2027-05-04", "measurement.date, 2026-05-07, is before instrument.received"),
             ("^\\[customer\\]", "[customer", "not TOML"),
             ('^logo = "logo.svg"', 'logo = "absent.png"', "No such file"),
         ],
@@ -185,7 +192,7 @@ class TestFacts:
             "2026-05-08 (log: 2026-05-07 09:30)"
         )
         with pytest.raises(DataError, match=r"2026-05-09 is not that of the log, 2026-05-07"):
-            st.certify(analysis, lab(("^date = .*", "date = 2026-05-09")))
+            st.certify(analysis, lab(("^date = .*", "date = 2026-05-09"), without("issued")))
 
     def test_the_day_of_the_analysis_is_only_that_of_issue(self, analysis, lab):
         made = facts(st.certify(analysis, lab(without("issued")), date=datetime(2027, 1, 2, tzinfo=UTC)))

@@ -119,6 +119,8 @@ def array_command(
                 common=common,
                 name=virtual,
             )
+    except OptionError as error:
+        raise error.named("virtual" if error.option == "name" else error.option or "") from None
     except NotAtRestError as error:
         say(f"sigmatau: {error}")
         return NOT_AT_REST

@@ -6,6 +6,7 @@ The keys follow ISO/IEC 17025:2017, 7.8.2 to 7.8.4. A file that lacks one is ref
 from __future__ import annotations
 
 import difflib
+import itertools
 import tomllib
 from collections.abc import Mapping
 from dataclasses import field
@@ -99,6 +100,7 @@ FIELDS: Mapping[str, Mapping[str, Field]] = {
 """All keys of the file by table. The table ``decision`` may be absent; if it is there, its required keys are needed."""
 
 _OPTIONAL_TABLES = ("decision",)
+_DAY = len("2026-05-04")  # characters of the day of a date
 
 
 @frozen
@@ -162,6 +164,10 @@ def read_certificate(path: str | Path) -> CertificateFile:
         table: {name: _text(table, name, value, file) for name, value in values.items() if name != "factor"}
         for table, values in content.items()
     }
+    try:
+        _check_order(texts)
+    except DataError as error:
+        raise error.about(str(file)) from None
     kind = texts["report"].get("kind", TEST)
     if kind.lower() == CALIBRATION and not texts["method"].get("traceability"):
         raise DataError("lacks method.traceability; a calibration certificate states it").about(str(file))
@@ -222,9 +228,25 @@ def _missing(content: Mapping[str, Any]) -> list[str]:
         for table, names in FIELDS.items()
         if table in content or table not in _OPTIONAL_TABLES
         for name, about in names.items()
-        if about.required and content.get(table, {}).get(name) in (None, "")
+        if about.required and _is_blank(content.get(table, {}).get(name))
     ]
     return [f"lacks {', '.join(missing)}"] if missing else []
+
+
+def _is_blank(value: object) -> bool:
+    return value is None or (isinstance(value, str) and not value.strip())
+
+
+def _check_order(texts: Mapping[str, Mapping[str, str]]) -> None:
+    """Raise `DataError` unless the instrument was received, measured and the report issued in this order."""
+    dates = [
+        (f"{table}.{name}", texts.get(table, {}).get(name, "")[:_DAY])
+        for table, name in (("instrument", "received"), ("measurement", "date"), ("report", "issued"))
+    ]
+    stated = [(name, day) for name, day in dates if day]
+    for (earlier, first), (later, second) in itertools.pairwise(stated):
+        if second < first:
+            raise DataError(f"{later}, {second}, is before {earlier}, {first}. Correct one of them")
 
 
 def _text(table: str, name: str, value: object, file: Path) -> str:

@@ -56,6 +56,18 @@ def test_opposite_sign():
     assert all(each.value > 0.9 for each in inverted.correlations["random_walk"].values())
 
 
+def test_axes_of_one_sensor():
+    record = st.Record.from_arrays(rate=20, **dict(zip(("gyro_x", "gyro_y", "gyro_z"), noise("axes"), strict=True)))
+    with pytest.raises(st.OptionError, match="gyro_x, gyro_y, gyro_z are the axes of one sensor"):
+        st.analyze_array(record)
+
+
+@pytest.mark.parametrize("name", ["gyro_1", "accel_x", "gyro_x\n", ""])
+def test_name_of_the_virtual_sensor(name):
+    with pytest.raises(st.OptionError, match="must be a new channel of gyro"):
+        array(noise("name"), name=name)
+
+
 def test_opposite_gravity():
     x = noise("gravity")
     x += np.array([[9.81], [-9.79], [9.8]])

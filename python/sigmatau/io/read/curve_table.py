@@ -28,7 +28,7 @@ _TIMES = {"tau", "taus", "τ", "averaging", "cluster", "period", "t"}
 _SECONDS = {"", "s", "sec", "second", "seconds"}
 _DEVIATIONS = {"adev", "oadev", "deviation", "adevs", "sigma", "σ", "std"}
 _VARIANCES = {"avar", "oavar", "variance", "var", "avars"}
-_OTHERS = {
+_FURTHER_DEVIATIONS = {
     f"{kind}{end}" for kind in ("m", "om", "h", "oh", "t", "tot", "mtot", "tto", "hto") for end in ("dev", "var")
 }
 _SQUARE = re.compile(r"\((.+)\)\s*(?:\^2|²)")
@@ -185,7 +185,7 @@ def _unit(name: str, column_unit: str | None, stated: str | None, content: Conte
 def _is_variance(name: str, content: Content | None, *, has_square: bool, has_unit: bool) -> bool:
     """Whether a column has variances, by the option or by its name and unit. Raises the question if nothing states it."""
     words = {*name_words(bare_name(name)), *(["σ"] if "σ" in name else [])}
-    if words & _OTHERS:
+    if words & _FURTHER_DEVIATIONS:
         raise DataError(f"{name} is another deviation. Overlapped Allan deviations are needed")
     is_variance = bool(words & _VARIANCES) or has_square
     is_deviation = not is_variance and (bool(words & _DEVIATIONS) or has_unit)

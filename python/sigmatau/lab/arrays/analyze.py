@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -27,6 +28,7 @@ from sigmatau.lab.arrays.result import ArrayAnalysis
 from sigmatau.lab.arrays.virtual_sensor import mixed_terms
 from sigmatau.noise.terms import NOISE
 from sigmatau.noise.uncertainty import degrees_of_freedom
+from sigmatau.record import stream_name
 from sigmatau.results import seconds
 
 _TOO_WEAK = (
@@ -114,6 +116,7 @@ def analyze_array(
     _check_options(target, level)
     array = collect_channels(record, axes, invert)
     _check_number(array.names, common=common)
+    _check_virtual_name(name, array.names)
     stream = array.record.streams[0]
     refuse_unusable(array.names, array.samples, stream.quantity)
     analysis, fits, rows = _analysed(array, common=common, threads=threads)
@@ -240,6 +243,12 @@ def _refuse_opposite(covariances: Sequence[AllanCovariance], *, common: bool) ->
             )
         if not common and np.max(curve.correlation_low) > 1 - _DUPLICATED:
             raise DataError(f"{curve.first} and {curve.second} are one signal with two scales. Leave one out")
+
+
+def _check_virtual_name(name: str | None, names: Sequence[str]) -> None:
+    sensor = stream_name(names[0])
+    if name is not None and (name in names or stream_name(name) != sensor or not re.fullmatch(r"\w+", name)):
+        raise OptionError(f"{{option}} {name!r:.40}: must be a new channel of {sensor}, e.g. {sensor}_x", option="name")
 
 
 def _virtual_name(names: Sequence[str]) -> str:

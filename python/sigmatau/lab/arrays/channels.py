@@ -126,7 +126,13 @@ def _only_sensor(record: Record) -> list[str]:
     if len(quantities) != 1:
         names = ", ".join(name for stream in streams for name in stream.channels)
         raise OptionError(f"{{option}} are missing: name the sensors of one axis; the log has {names}", option="axes")
-    return [name for stream in streams for name in stream.channels]
+    channels = [name for stream in streams for name in stream.channels]
+    if len(channels) > 1 and {name.rpartition("_")[2] for name in channels} <= {"x", "y", "z"}:
+        names = ", ".join(channels)
+        raise OptionError(
+            f"{{option}} are missing: {names} are the axes of one sensor. Name the sensors of one axis", option="axes"
+        )
+    return channels
 
 
 def _check_names(record: Record, names: Sequence[str]) -> None:

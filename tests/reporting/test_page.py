@@ -268,7 +268,8 @@ def test_a_range_of_the_time_series_is_an_option(opened, page, record):
         pytest.approx(0.75 * length, rel=0.02),
     )
     shown.locator(".window button").click()
-    assert shown.locator(".window button").inner_text() in ("Copied", "Selected")
+    # The clipboard takes a moment.
+    shown.locator(".window button", has_text=re.compile("^(Copied|Selected)$")).wait_for()
     part = cut(record, text.removeprefix("--window "))
     assert part.streams[0].grid.duration == pytest.approx(stop - start, abs=0.1)
 

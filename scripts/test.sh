@@ -14,7 +14,14 @@ export PATH="$PWD/.venv/bin:$PATH"
 
 # A process more than cores, because some tests wait for workers that were killed. BLAS gets one thread: the matrices are small,
 # and threads would wait for each other.
-python_tests() { OPENBLAS_NUM_THREADS=1 python -m pytest --numprocesses "$(($(nproc) + 1))" --dist worksteal; }
+# The values of a failed assertion are shown by a second run of what failed: to prepare them for all takes 20 s of CPU time.
+python_tests() {
+    local status=0 all=(python -m pytest --numprocesses "$(($(nproc) + 1))" --dist worksteal)
+    export OPENBLAS_NUM_THREADS=1
+    "${all[@]}" --assert=plain || status=$?
+    ((status != 1)) || "${all[@]}" --last-failed --long || true
+    return "$status"
+}
 
 run() {
     case $1 in
@@ -31,8 +38,9 @@ run() {
     rust) cargo test --release --workspace --tests --locked --quiet ;;
     instructions) python benches/instructions.py ;;
     python) python_tests ;;
+    long) OPENBLAS_NUM_THREADS=1 python -m pytest --long -m long ;; # every night
     docs) scripts/venv.sh docs && python docs/website/build.py --all ;;
-    *) echo "no step $1; the steps are: $READ_STEPS $RUN_STEPS $RUST_STEPS $SITE_STEPS" >&2 && return 2 ;;
+    *) echo "no step $1; the steps are: $READ_STEPS $RUN_STEPS $RUST_STEPS $SITE_STEPS long" >&2 && return 2 ;;
     esac
 }
 

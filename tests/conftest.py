@@ -31,6 +31,21 @@ def skip_without(package: str, reason: str) -> None:
         pytest.skip(reason, allow_module_level=True)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--long` runs the tests with the marker `long` too."""
+    parser.addoption("--long", action="store_true", help="run also the tests that take many seconds: every night")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Deselect the long tests, except with `--long` and where they are named."""
+    if config.getoption("--long") or any("::" in argument for argument in config.args):
+        return
+    long = [item for item in items if item.get_closest_marker("long")]
+    if long:
+        config.hook.pytest_deselected(items=long)
+        items[:] = [item for item in items if not item.get_closest_marker("long")]
+
+
 def pytest_sessionstart() -> None:
     """In a new clone the first worker compiles the tests and their imports; the others wait for it."""
     until = time.monotonic() + LONGEST_COLLECTION

@@ -25,7 +25,13 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.parametrize("name", RUNNING)
+# Pages with hours of records; tests/test_paper.py and tests/test_field.py check what they show.
+LONG = ("docs/screens.md", "docs/paper/authors-day.md", "docs/paper/units.md")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in RUNNING]
+)
 def test_page(name, tmp_path):
     run_page(ROOT / name, tmp_path).check()
 

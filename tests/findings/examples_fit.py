@@ -6,6 +6,7 @@ from sigmatau.findings.curves import (
     CheckedInPart,
     CheckedWithoutFit,
     ConstantChannel,
+    CurvesNotKept,
     NoMap,
     OutOfRange,
     Strided,
@@ -154,6 +155,7 @@ EXAMPLES = [
     of_gyro(TooFewSamples(missing=59998, samples=60000), "error"),
     of_gyro(Strided(tau=122.88, samples=8_000_000_000, out_of_memory=True), "info"),
     Finding(details=Strided(tau=122.88, samples=60000), severity="info"),
+    Finding(details=CurvesNotKept(), severity="info"),
     *(
         of_gyro(replace(SECOND, **fields), "info")
         for fields in (

@@ -252,7 +252,9 @@ def _interval_of_samples(channel: forms.ChannelForm) -> float:
 
 
 def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> DeviationCurve | None:
-    """Convert a curve; None if only its unit is stated, and without points if only its unit is read."""
+    """Convert a curve; None if only its unit is stated. It has no points if a store did not keep them, or if only its unit
+    is read.
+    """
     tau0 = _interval_of_samples(channel)
     if isinstance(form, forms.CurveUnitForm):
         return _without_points(name, channel, form, tau0)
@@ -267,8 +269,8 @@ def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> Devi
     columns = (m, form.adev, form.n_pairs, form.edf, form.stride)
     if any(column is not None and column.shape != tau.shape for column in columns):
         raise WrongValueError("curve: its columns have several lengths")
-    if len(tau) == 0 or not (np.isfinite(tau) & (tau > 0)).all():
-        raise WrongValueError("curve: tau_s has a time that is not positive, or none")
+    if not (np.isfinite(tau) & (tau > 0)).all():
+        raise WrongValueError("curve: tau_s has a time that is not positive")
     return _build(
         DeviationCurve,
         form,

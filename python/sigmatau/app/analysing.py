@@ -20,6 +20,7 @@ from sigmatau.fitting.read_off_at import ReadOffAt
 from sigmatau.io.read import read
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import TERMS, check_shown
+from sigmatau.plot.curves import require_points
 from sigmatau.record.record import Record, channel_quantities
 from sigmatau.reporting.content import Content, collect_content, finding_text
 from sigmatau.typed.config import arguments, check_names, command_line, notes, to_toml
@@ -129,6 +130,7 @@ def read_off_at_tau(
     if term not in TERMS:
         raise OptionError(f"no term {term!r}; terms: {', '.join(TERMS)}", option="term")
     curve = result.curves[channel]
+    require_points(curve)
     if tau_s is not None:
         if not (math.isfinite(tau_s) and tau_s > 0):
             raise OptionError("{option} must be a positive number of seconds", option="tau_s")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal
@@ -24,6 +23,7 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.settings import Comparing
+from sigmatau.cli.store import Choice, opened
 from sigmatau.cli.turn_on import write_model
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
@@ -53,6 +53,7 @@ def compare_command(
     store: str | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    supply: str | None = None,
     show: Show = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -90,6 +91,8 @@ def compare_command(
         With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
+    supply
+        With --store, only runs at this supply voltage to 1.5 %, 3.3V, or in a range, 3:3.6.
     quiet
         Print only errors on standard error.
     """
@@ -98,8 +101,9 @@ def compare_command(
         raise OptionError("give results, or --store, not both", option="store")
     if unit and store is None:
         raise OptionError("--unit needs --store; results are chosen by name", option="unit")
-    if temperature is not None and store is None:
-        raise OptionError("--temperature needs --store; results are chosen by name", option="temperature")
+    for condition, text in (("temperature", temperature), ("supply", supply)):
+        if text is not None and store is None:
+            raise OptionError(f"--{condition} needs --store; results are chosen by name", option=condition)
     if not results and store is None:
         raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
     options = CompareOptions(**(comparing or Comparing()).arguments())
@@ -116,7 +120,7 @@ def compare_command(
         comparison = (
             compare_runs(results, by=options.by, level=options.level, jobs=options.jobs)
             if store is None
-            else _compare_stored(store, unit or [], temperature, options)
+            else _compare_stored(store, Choice(unit=unit, temperature=temperature, supply=supply), options)
         )
     check_shown({label.channel: (label.quantity, label.rate_unit) for label in comparison.table.labels})
     if csv is not None:
@@ -145,15 +149,9 @@ def compare_command(
     return _print_unused(comparison, quiet=quiet)
 
 
-def _compare_stored(
-    place: str, units: Sequence[str], temperature: str | None, options: CompareOptions
-) -> RunComparison:
-    from sigmatau.cli.store import opened, temperatures
-    from sigmatau.lab.store.choosing import Chosen
-
-    chosen = Chosen(units=tuple(units), temperature=temperatures(temperature))
+def _compare_stored(place: str, choice: Choice, options: CompareOptions) -> RunComparison:
     with opened(place) as store:
-        return store.compare(chosen, by=options.by, level=options.level)
+        return store.compare(choice.chosen(), by=options.by, level=options.level)
 
 
 def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:

@@ -20,6 +20,8 @@ from sigmatau.cli.settings import FleetSettings
 from sigmatau.cli.store import store_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.folders import skipped_lines
+from sigmatau.lab.fleet.stored import DAMAGED, NOT_AT_REST
+from sigmatau.lab.store.keeping import KeepCurves
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -30,7 +32,6 @@ if TYPE_CHECKING:
     from sigmatau.lab.fleet.tasks import FleetJob, FleetOutcome
     from sigmatau.lab.store.naming import Naming
 
-NOT_AT_REST = 5
 _BATCH = 200  # number of results in a transaction
 _BATCH_SECONDS = 5.0  # time after which a smaller number is committed too [s]
 _LISTED = 10  # largest number of errors that are printed
@@ -46,10 +47,13 @@ def fleet_command(
     workers: Annotated[int | None, InMain] = None,
     scheduler: Annotated[str | None, InOutput] = None,
     memory: Annotated[float | None, InOutput] = None,
+    dashboard: Annotated[int | None, InOutput] = None,
     unit_from: Annotated[str | None, InMain] = None,
     model: Annotated[str, InMain] = "",
     date: Annotated[str | None, InMain] = None,
     temperature: Annotated[str | None, MayBeMinus, InMain] = None,
+    supply: Annotated[str | None, InMain] = None,
+    keep_curves: Annotated[KeepCurves, InMain] = "all",
     retry_failed: Annotated[bool, Flag, InMain] = False,
     reading: ReadingOptions | None = None,
     settings: FleetSettings | None = None,
@@ -76,6 +80,9 @@ def fleet_command(
         Default: processes of this host.
     memory
         Memory of each process of this host in GB (default: its share of the host's). Larger records are divided.
+    dashboard
+        Port number of a page of Dask with tasks, workers and memory: 8787 for http://127.0.0.1:8787/status, on this host
+        only, until the command ends. Default: no page.
     unit_from
         Source of the unit's name: folder, for the folder of its log; or a regular expression for the path of the log, whose
         first group is the unit, '(SN[0-9]+)'. Default: folder.
@@ -85,7 +92,13 @@ def fleet_command(
         Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
         Default: not stated.
     temperature
-        Temperature of the records, 85degC or 298K. Default: not stated.
+        Temperature of the records, 85degC or 298K. Default: that of the thermometer of each log.
+    supply
+        Supply voltage of the records, 3.3V or 3300mV. Default: that of a channel (vdd) or the name of each log.
+    keep_curves
+        Logs whose Allan deviations stay in the store: all; none; or failed, those without a fit, with an error, or with an
+        axis whose trust is not good. Coefficients and findings are always stored. A log of six axes takes 20 kB with
+        curves, 12 kB without.
     retry_failed
         Analyse logs that failed before again.
     quiet
@@ -98,6 +111,9 @@ def fleet_command(
         raise OptionError(
             "--scheduler has its own workers: leave out --workers and --memory, or --scheduler", option="scheduler"
         )
+    if dashboard is not None and not (1 <= dashboard <= 65535 and scheduler is None):
+        what = "a running scheduler has its own" if scheduler else "must be a port, 1 to 65535"
+        raise OptionError(f"--dashboard {dashboard}: {what}", option="dashboard")
     if memory is not None and not 0.1 <= memory <= 1e5:
         raise OptionError(f"--memory {memory:g}: must be a number of GB, at least 0.1", option="memory")
 
@@ -106,12 +122,12 @@ def fleet_command(
     from sigmatau.lab.fleet.stored import Stored
     from sigmatau.lab.fleet.tasks import FleetJob
     from sigmatau.lab.store.connect import open_engine
-    from sigmatau.lab.store.naming import Naming, stated_temperature
+    from sigmatau.lab.store.naming import Naming, stated_supply, stated_temperature
 
     how, chosen = (reading or ReadingOptions()).arguments(), (settings or FleetSettings()).arguments()
-    degrees = stated_temperature(temperature)
-    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
-    job = FleetJob(reading=how, settings=chosen, naming=naming)
+    degrees, voltage = stated_temperature(temperature), stated_supply(supply)
+    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees, supply=voltage)
+    job = FleetJob(reading=how, settings=chosen, naming=naming, keep_curves=keep_curves)
     options = job.options  # wrong options are refused before they are sent to the workers
     naming.check()
     # Workers run in other folders, and logs/a.csv in two folders are two logs.
@@ -122,22 +138,29 @@ def fleet_command(
         say(line, quiet=quiet)
     runs, unnamed = _all_stated(naming, named)
     named = [log for log in named if log.place in runs]
-    with closing(Stored(open_engine(place), options)) as stored:
+    with closing(Stored(open_engine(place), options, keep_curves=keep_curves)) as stored:
         wanted = [log for log in named if not stored.has(log, failures=not retry_failed)]
         stored_places = {log.place for log in named} - {log.place for log in wanted}
         if renamed := stored.describe(
             {log_place: values for log_place, values in runs.items() if values and log_place in stored_places}
         ):
-            say(f"time or temperature of {renamed} runs in the store changed", quiet=quiet)
+            say(f"time, temperature or supply of {renamed} runs in the store changed", quiet=quiet)
         failures = {} if retry_failed else stored.failures(named)
-        before = _before(len(named) - len(wanted), len(failures))
+        codes = Counter(stored.code(log) for log in named if log.place in stored_places - failures.keys())
+        codes[1] = len(failures)
+        before = _before(len(stored_places), codes)
+        if lacking := sum(map(stored.lacks_curves, wanted)):
+            say(f"analysed again: {_count(lacking)} in the store without the curves that are kept now", quiet=quiet)
         if before and wanted:
             say(f"of {len(named)} logs {before}", quiet=quiet)
         tally = _Tally(stored, len(wanted), tried=bool(stored_places))
         if wanted:
             gigabyte = None if memory is None else memory * 1e9
-            with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client:
+            with cluster(workers=workers, scheduler=scheduler, memory=gigabyte, dashboard=dashboard) as client:
+                if dashboard is not None:
+                    say(f"dashboard: http://127.0.0.1:{dashboard}/status", quiet=quiet)
                 _run(client, wanted, job, tally, quiet=quiet)
+    tally.codes_before = codes
     return _report(tally, before, unnamed, [f"{log}: {reason}" for log, reason in failures.items()])
 
 
@@ -170,7 +193,7 @@ def _report(tally: _Tally, before: str, unnamed: Sequence[str], failures: Sequen
     for line in lines[:_LISTED]:
         print_error(line)
     if unnamed:
-        say(f"not analysed: {len(unnamed)} {'log' if len(unnamed) == 1 else 'logs'} without a unit or a date")
+        say(f"not analysed: {_count(len(unnamed))} without a unit or a date")
     if tally.held:
         say(f"nothing is stored: an option is wrong or missing for {tally.codes[2]} logs, and no log was analysed")
     elif len(lines) > _LISTED:
@@ -181,9 +204,8 @@ def _report(tally: _Tally, before: str, unnamed: Sequence[str], failures: Sequen
         return 2  # otherwise the options are correct, and some of the files are of another kind
     if unnamed or failures:
         return 1
-    return next(
-        (code for code, outcome in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[outcome]), 0
-    )
+    codes = tally.codes + tally.codes_before
+    return next((code for code, outcome in ((1, 2), (1, 1), (5, NOT_AT_REST), (4, DAMAGED)) if codes[outcome]), 0)
 
 
 def _grouped(lines: Sequence[str]) -> list[str]:
@@ -224,7 +246,11 @@ def _stated(naming: Naming, place: str) -> dict[str, Any]:
 
     without_result = FailedAnalysis(path=place, message="", exit_code=1)
     entry = naming.entry(without_result, Path(place))
-    values = {"recorded": entry.recorded and in_utc(entry.recorded), "temperature": entry.temperature}
+    values = {
+        "recorded": entry.recorded and in_utc(entry.recorded),
+        "temperature": entry.temperature,
+        "supply": entry.supply,
+    }
     return {key: value for key, value in values.items() if value is not None}
 
 
@@ -234,11 +260,22 @@ def _is_store_file(log: str, store: str) -> bool:
     return "://" not in log and os.path.abspath(log) in {os.path.abspath(name) for name in names}  # noqa: PTH100
 
 
-def _before(stored_logs: int, failed: int) -> str:
-    """Describe the logs that are not analysed again; empty if there are none."""
+def _count(logs: int) -> str:
+    return f"{logs} log{'' if logs == 1 else 's'}"
+
+
+def _before(stored_logs: int, codes: Counter[int]) -> str:
+    """Describe the logs that are not analysed again, with their numbers by exit code; empty if there are none."""
     if not stored_logs:
         return ""
-    return f"{stored_logs} were in the store{f' ({failed} of them failed)' if failed else ''}"
+    parts = ", ".join(_outcomes(codes))
+    return f"{stored_logs} were in the store{f' (of them {parts})' if parts else ''}"
+
+
+def _outcomes(codes: Counter[int]) -> list[str]:
+    """Numbers of logs by outcome, without those of exit code 0."""
+    texts = {NOT_AT_REST: "not at rest or too short to tell", DAMAGED: "damaged and read in part", 1: "failed"}
+    return [f"{codes[code]} {text}" for code, text in texts.items() if codes[code]]
 
 
 class _Tally:
@@ -255,6 +292,7 @@ class _Tally:
         self.finished = 0
         self.written = 0
         self.codes: Counter[int] = Counter()
+        self.codes_before: Counter[int] = Counter()  # of the logs that were in the store
         self.errors: list[str] = []
 
     def take(self, outcomes: Sequence[FleetOutcome]) -> None:
@@ -284,13 +322,12 @@ class _Tally:
 
     def summary(self, before: str) -> str:
         """Number of logs by outcome, in one line."""
-        failed, moving, damaged = len(self.errors), self.codes[NOT_AT_REST], self.codes[4]
-        texts = [f"{self.finished - failed} of {self.total} logs analysed"]
-        texts += [f"{moving} not at rest or too short to tell"] if moving else []
-        texts += [f"{damaged} damaged and read in part"] if damaged else []
-        texts += [f"{failed} failed"] if failed else []
-        texts += [before] if before else []
-        return ", ".join(texts)
+        failed = len(self.errors)
+        texts = [
+            f"{self.finished - failed} of {self.total} logs analysed",
+            *_outcomes(Counter({**self.codes, 1: failed})),
+        ]
+        return ", ".join([*texts, before] if before else texts)
 
 
 @contextmanager

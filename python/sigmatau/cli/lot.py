@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -48,6 +48,9 @@ from sigmatau.noise.terms import check_shown
 from sigmatau.reporting.report import report
 from sigmatau.results import printable
 
+if TYPE_CHECKING:
+    from sigmatau.cli.store import Choice
+
 _MAX_JOBS = 4  # largest default number of processes; each holds a record in memory
 _LARGEST_LIST = 1 << 20  # largest size of a list of units [bytes]
 _USAGE_ERRORS = 2  # number of first logs that are reported as one error if none can be read because of an option
@@ -74,6 +77,7 @@ def lot_command(
     store: str | None = None,
     serial: Annotated[list[str] | None, Parameter(negative=())] = None,
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    supply: str | None = None,
     show: Show = None,
     json: Annotated[bool, Parameter(negative=())] = False,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
@@ -131,6 +135,8 @@ def lot_command(
         With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30. Required if there are several.
+    supply
+        With --store, only runs at this supply voltage to 1.5 %, 3.3V, or in a range, 3:3.6. Required if there are several.
     json
         Print the lot as JSON.
     verbose
@@ -143,8 +149,9 @@ def lot_command(
         raise OptionError("give logs or results, or --store, not both", option="store")
     if serial and store is None:
         raise OptionError("--serial needs --store; units are chosen by their files", option="serial")
-    if temperature is not None and store is None:
-        raise OptionError("--temperature needs --store; units are chosen by their files", option="temperature")
+    for condition, text in (("temperature", temperature), ("supply", supply)):
+        if text is not None and store is None:
+            raise OptionError(f"--{condition} needs --store; units are chosen by their files", option=condition)
     if store is not None and unit_from is not None:
         raise OptionError("--unit-from names the units of logs; those of a store have names", option="unit_from")
     check_unit_pattern(unit_from, words=(FOLDER,))
@@ -167,7 +174,10 @@ def lot_command(
     files: list[Path] = []
     if store is not None:
         expect_files(*outputs)
-        units_examined = _stored(store, serial or [], temperature, sheet, options)
+        from sigmatau.cli.store import Choice
+
+        choice = Choice(unit=serial, temperature=temperature, supply=supply)
+        units_examined = _stored(store, choice, sheet, options)
         order = [*units_examined]
     else:
         places = matched(units, keep=_may_be_a_unit, quiet=quiet)
@@ -233,22 +243,21 @@ def _units_in_paths(places: Sequence[Path], expression: str) -> dict[Path, str]:
     return names
 
 
-def _stored(
-    place: str, units: Sequence[str], temperature: str | None, sheet: Datasheet | None, options: Mapping[str, Any]
-) -> dict[str, UnitResult]:
+def _stored(place: str, choice: Choice, sheet: Datasheet | None, options: Mapping[str, Any]) -> dict[str, UnitResult]:
     """Read the units of a store, in the order of production."""
-    from sigmatau.cli.store import opened, temperatures
-    from sigmatau.lab.lots.conditions import TEMPERATURE
-    from sigmatau.lab.store.choosing import Chosen
+    from sigmatau.cli.store import opened
+    from sigmatau.lab.lots.conditions import SUPPLY, TEMPERATURE
 
-    chosen = Chosen(units=tuple(units), temperature=temperatures(temperature))
+    chosen = choice.chosen()
     with opened(place) as store:
-        groups = sorted({*TEMPERATURE.groups(store.runs(chosen).columns()["temperature"])})
-        if len(groups) > 1:
-            raise OptionError(
-                f"the store has runs at {', '.join(groups)}; a lot has one temperature, give --temperature",
-                option="temperature",
-            )
+        runs = store.runs(chosen).columns()
+        for factor in (TEMPERATURE, SUPPLY):
+            groups = sorted({*factor.groups(runs[factor.name])})
+            if len(groups) > 1:
+                raise OptionError(
+                    f"the store has runs {', '.join(groups)}; a lot has one {factor.name}, give --{factor.name}",
+                    option=factor.name,
+                )
         latest = store.units_latest(chosen)
     if not latest:
         raise DataError(f"{place}: the store has no unit of this kind")

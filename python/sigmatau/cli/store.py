@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -17,6 +18,7 @@ from sigmatau.cli.options import check_output, command_line, json_text, matched,
 from sigmatau.cli.settings import LevelSettings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
+from sigmatau.lab.store.keeping import KeepCurves
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import TERMS, check_shown
 from sigmatau.results import csv_text
@@ -43,17 +45,18 @@ _SHOWN = {
         "first",
         "last",
     ),
-    "runs": ("unit", "run", "recorded", "temperature", "duration", "state", "revision", "message"),
+    "runs": ("unit", "run", "recorded", "temperature", "supply", "duration", "state", "revision", "message"),
 }
 
 _TIMES = ("recorded", "first", "last")
 _KINDS = {  # types of the columns of Parquet; the others are text
     "int64": ("id", "runs", "fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed", "revision"),
-    "double": ("temperature", "duration", "value", "low", "high", "upper_limit", "level"),
-    "bool": ("observed",),
+    "double": ("temperature", "supply", "duration", "value", "low", "high", "upper_limit", "level"),
+    "bool": ("observed", "has_curves"),
 }
 
 _ROUNDED = 0.5  # rounding of a stated temperature: 298 K is 25 degC [K]
+_ROUNDED_SUPPLY = 0.015  # relative rounding of a stated supply voltage, half of the difference of two groups [1]
 
 Place = Annotated[str | None, Parameter(name="--store")]
 Temperature = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
@@ -80,6 +83,8 @@ class Choice:
         Only runs in this state: fitted, not_fitted, not_at_rest, too_short_to_tell, failed. May be repeated.
     temperature
         Only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
+    supply
+        Only runs at this supply voltage to 1.5 %, 3.3V, or in a range, 3:3.6.
     """
 
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -91,6 +96,7 @@ class Choice:
         Parameter(negative=()),
     ] = None
     temperature: Temperature = None
+    supply: str | None = None
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """Convert the selection for a `Store`."""
@@ -103,6 +109,7 @@ class Choice:
             since=_time(self.since, "since"),
             until=_time(self.until, "until"),
             temperature=temperatures(self.temperature),
+            supply=supplies(self.supply),
             history=history,
         )
 
@@ -131,20 +138,42 @@ def temperatures(text: str | None) -> tuple[float, float] | None:
 
     if text is None:
         return None
-    ends = [celsius(part) for part in text.split(":")]
+    low, high, exact = _range(
+        text, "temperature", celsius, check_range, "must be a temperature, 85degC, or a range, 20:30"
+    )
+    return (low, high) if exact else (low - _ROUNDED, high + _ROUNDED)
+
+
+def supplies(text: str | None) -> tuple[float, float] | None:
+    """Parse the range of ``--supply``: a single voltage includes all voltages within 1.5 %. [V]"""
+    from sigmatau.lab.lots.conditions import volts
+    from sigmatau.lab.store.naming import check_supply
+
+    if text is None:
+        return None
+    low, high, exact = _range(text, "supply", volts, check_supply, "must be a voltage, 3.3V, or a range, 3:3.6")
+    return (low, high) if exact else (low * (1 - _ROUNDED_SUPPLY), high * (1 + _ROUNDED_SUPPLY))
+
+
+def _range(
+    text: str,
+    option: str,
+    parse: Callable[[str], float | None],
+    check: Callable[[float], None],
+    form: str,
+) -> tuple[float, float, bool]:
+    """Parse a value or a range; returns its ends, and whether it is a range."""
+    ends = [parse(part) for part in text.split(":")]
     low, high = (ends[0], ends[-1]) if len(ends) <= 2 else (None, None)
     if low is None or high is None:
-        raise OptionError(
-            f"--temperature {text:.40}: must be a temperature, 85degC, or a range, 20:30", option="temperature"
-        )
-    check_range(low)
-    check_range(high)
+        raise OptionError(f"--{option} {text:.40}: {form}", option=option)
+    check(low)
+    check(high)
     if low > high:
         raise OptionError(
-            f"--temperature {text:.40}: the range ends below its beginning; give the lower temperature first",
-            option="temperature",
+            f"--{option} {text:.40}: the range ends below its beginning; give the lower {option} first", option=option
         )
-    return (low, high) if len(ends) == 2 else (low - _ROUNDED, high + _ROUNDED)
+    return low, high, len(ends) == 2
 
 
 def _time(text: str | None, option: str) -> datetime | None:
@@ -166,6 +195,8 @@ def add_command(
     model: str | None = None,
     date: str | None = None,
     temperature: Temperature = None,
+    supply: str | None = None,
+    keep_curves: KeepCurves = "all",
     jobs: int | None = None,
     quiet: Quiet = False,
 ) -> int:
@@ -192,7 +223,13 @@ def add_command(
         Beginning of the records, 2026-05-01T12:00 (UTC, or with a time zone); or name: the date in the name of each log.
         Default: the note "date".
     temperature
-        Temperature of the records, 85degC or 298K. Default: the note "temperature".
+        Temperature of the records, 85degC or 298K. Default: the note "temperature", or else the thermometer of each log.
+    supply
+        Supply voltage of the records, 3.3V or 3300mV. Default: the note "supply", or else a channel (vdd) or the name of
+        each log.
+    keep_curves
+        Results whose Allan deviations stay in the store: all; none; or failed, those without a fit, with an error, or with
+        an axis whose trust is not good. Coefficients and findings are always stored.
     jobs
         Number of processes that read many files (default: all cores).
     quiet
@@ -203,19 +240,29 @@ def add_command(
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     from sigmatau.lab.lots.reading import gather
-    from sigmatau.lab.store.naming import Naming, stated_temperature
+    from sigmatau.lab.store.naming import Naming, stated_supply, stated_temperature
 
-    degrees = stated_temperature(temperature)
-    naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=degrees)
+    naming = Naming(
+        unit=unit,
+        unit_from=unit_from,
+        model=model or "",
+        date=date,
+        temperature=stated_temperature(temperature),
+        supply=stated_supply(supply),
+    )
     naming.check()
     files = list(dict.fromkeys(gather(matched(results), tables=False)))
     if not any(file.exists() for file in files):  # before a store is created
         raise DataError(f"{files[0]}: No such file or directory")
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
-        naming = Naming(folders=True, model=model or "", date=date, temperature=degrees)
+        naming = replace(naming, folders=True)
     with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:
         outcome = opened_store.add_files(
-            files, naming, jobs=jobs or os.cpu_count() or 1, done=lambda count: done(count / len(files))
+            files,
+            naming,
+            jobs=jobs or os.cpu_count() or 1,
+            keep_curves=keep_curves,
+            done=lambda count: done(count / len(files)),
         )
     unnamed = [problem for problem in outcome.problems if problem.unit_unknown]
     for problem in outcome.problems[:_MAX_PROBLEMS]:

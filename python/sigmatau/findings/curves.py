@@ -158,3 +158,14 @@ class CheckedWithoutFit(Details, code="checked_without_fit"):
             f"{self.samples} samples are too many for a quick fit: warm-up, temperature and changing noise not checked",
             "Run sigmatau analyze to check them",
         )
+
+
+@frozen
+class CurvesNotKept(Details, code="curves_not_kept"):
+    """The result is from a store that did not keep the points of its Allan deviations. Coefficients are complete."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            "the Allan deviations of this result were not kept in the store",
+            f"Analyse the log again to draw them, or to add them with {Hint('keep_curves', value='all')}",
+        )

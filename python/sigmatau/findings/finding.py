@@ -17,7 +17,7 @@ Severity = Literal["info", "warning", "error"]
 Span = tuple[float, float]
 """Beginning and end, from the beginning of the whole record even if a part is analysed; equal for an instant. [s]"""
 
-_WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors without coefficients
+WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors without coefficients
 # findings that leave out the samples of all axes, not only of the affected ones
 _ON_ALL_AXES = ("not_static", "start_transient")
 DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation", "interpolated")
@@ -284,7 +284,7 @@ def exit_code(findings: Iterable[Finding]) -> int:
     listed = tuple(findings)
     return (
         5
-        if any(finding.code in _WITHOUT_REST and finding.severity == "error" for finding in listed)
+        if any(finding.code in WITHOUT_REST and finding.severity == "error" for finding in listed)
         else damaged(listed)
     )
 
@@ -294,7 +294,7 @@ def damaged(findings: Iterable[Finding]) -> int:
     return (
         4
         if any(
-            finding.severity == "error" and not finding.channels and finding.code not in _WITHOUT_REST
+            finding.severity == "error" and not finding.channels and finding.code not in WITHOUT_REST
             for finding in findings
         )
         else 0

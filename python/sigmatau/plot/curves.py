@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._version import __version__
+from sigmatau.errors import DataError
 from sigmatau.noise.terms import TERMS, asked_rate_unit, avar
 from sigmatau.plot.style import legend, make_panels, new_figure, parent_figure, small
 from sigmatau.units import figure_unit, find, find_unit
@@ -110,12 +111,21 @@ def draw_curve(
         Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
     colour, marker : str
     """
+    require_points(curve)
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = tuple(edge / factor for edge in curve.interval())
     draw_line(ax, curve.channel, curve.tau, curve.adev / factor, colour, marker, edges)
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
     return ax
+
+
+def require_points(curve: CurveLike) -> None:
+    """Raise `DataError` for a curve without points: a store may keep results without them."""
+    if not len(curve.tau):
+        raise DataError(
+            f"the Allan deviation of {curve.channel} was not kept in the store. Analyse the log again to draw it"
+        )
 
 
 def draw_deviation(

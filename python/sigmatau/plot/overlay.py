@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from sigmatau.errors import OptionError
-from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line
+from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line, require_points
 from sigmatau.plot.style import legend, make_panels, parent_figure, styled
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ def plot_overlay(
 
     Raises
     ------
+    DataError
+        For a curve without points, which a store did not keep.
     OptionError
         If there are no curves, if a channel has different units in two records, or if `ax` has another number of axes.
 
@@ -64,6 +66,7 @@ def plot_overlay(
     kinds: dict[str, tuple[str, str]] = {}
     for name, record in curves.items():
         for channel, curve in record.items():
+            require_points(curve)
             if kinds.setdefault(channel, (curve.quantity, curve.unit)) != (curve.quantity, curve.unit):
                 raise OptionError(
                     f"`curves`: {channel} is in {curve.unit} in {name}, and in {kinds[channel][1]} in another record; "

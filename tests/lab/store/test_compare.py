@@ -50,6 +50,22 @@ def test_units_are_groups_and_are_chosen(place):
             store.compare(Chosen(units=("C",)))
 
 
+def test_temperatures_of_thermometers_divide_the_runs_as_for_files(place):
+    """Without a stated temperature; one that is stated is not replaced by that of the log."""
+    results = [result(k, log=str(k), path=f"day{k}.csv") for k in range(4)]
+    for k, each in enumerate(results):
+        mean = (-40.0, 25.0)[k % 2]
+        each["source"]["temperature_degc"] = {"mean": mean, "low": mean - 1, "high": mean + 1}
+    with Store(place) as store:
+        store.add([entry_of(each, unit="A") for each in results])
+        assert store.compare().groups == ("A at -40 °C", "A at 25 °C")
+        assert store.compare().groups == st.compare_runs(results, units=["A"] * 4).groups
+        store.add([entry_of(each, unit="A", temperature=25.0) for each in results])
+        assert store.compare().groups == ("A",)
+        store.add([entry_of(each, unit="A") for each in results])
+        assert store.compare().groups == ("A",)
+
+
 def test_a_copy_of_a_log_is_not_another_run(place):
     """Saved again it has other bytes: by its values it is the same record, as for files."""
     results = [result(k, log=str(k), path=f"day{k}.csv") for k in range(3)] + [

@@ -1,12 +1,13 @@
 """Stores that other versions wrote."""
 
+import json
 import sqlite3
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 import sqlalchemy
-from store_results import entry_of
+from store_results import entry_of, result
 
 from sigmatau.errors import DataError
 from sigmatau.lab.store.choosing import Chosen
@@ -42,6 +43,45 @@ def test_a_stored_version_is_read_and_added_to(old):
         (day2,) = (content for row, content in stored if row["run"] == "day2.csv")
         worded = day2 | {"source": day2["source"] | {"conversions": ["in words of a later version"]}}
         assert store.add([entry_of(worded, unit="A1")]) == Added(revised=1)
+
+
+def test_the_previous_version_gets_the_conditions_of_its_results(place):
+    """A store of version 0003 has neither supply voltages nor temperatures from thermometers; opening it reads them."""
+    noted, named, measured = (result(k, log=str(k), path=f"{k}.csv") for k in range(3))
+    noted["notes"] = {"supply": "3300mV"}
+    named["source"]["path"] = "SN7_5V0.csv"
+    measured["source"]["temperature_degc"] = {"mean": -40.1, "low": -40.3, "high": -39.9}
+    failed = {**json.loads(json.dumps(result(3))), "channels": {}, "error": {"message": "cut", "exit_code": 1}}
+    with Store(place) as store:
+        units = ("noted", "named", "measured", "failed")
+        store.add(
+            [entry_of(each, unit=unit) for each, unit in zip((noted, named, measured, failed), units, strict=True)]
+        )
+        stated = store.add(entry_of(result(4, log="4", path="4.csv"), unit="stated", temperature=25.0, supply=5.0))
+        assert stated == Added(new=1)
+        expected = store.runs().columns()
+        with store._engine.connect().execution_options(writes=True) as connection:
+            for column in ("supply", "has_curves"):
+                connection.exec_driver_sql(f"ALTER TABLE run DROP COLUMN {column}")
+            connection.exec_driver_sql("UPDATE run SET temperature = NULL WHERE temperature < 0")
+            connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0003'")
+            connection.commit()
+    expected["supply"][expected["unit"].index("stated")] = None  # was nowhere in the store
+    for _ in range(2):
+        with Store(place) as store:
+            assert store.runs().columns() == expected
+            assert store.add(entry_of(noted, unit="noted")) == Added(known=1)
+    conditions = dict(zip(expected["unit"], zip(expected["temperature"], expected["supply"], strict=True), strict=True))
+    assert conditions == {
+        "noted": (None, 3.3), "named": (None, 5.0), "measured": (-40.1, None), "failed": (None, None),
+        "stated": (25.0, None),
+    }  # fmt: skip
+
+
+def test_a_store_of_the_previous_version_without_write_permission_says_what_to_do(old, tmp_path, monkeypatch):
+    monkeypatch.setattr("sigmatau.lab.store.connect._writable", lambda path: False)
+    with pytest.raises(DataError, match="copy the file to where you may write"):
+        Store(old)
 
 
 @pytest.mark.parametrize(

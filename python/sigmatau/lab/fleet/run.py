@@ -39,7 +39,11 @@ _Kind = Literal["batch", "single", "alone", "divide", "stretch"]
 
 @contextlib.contextmanager
 def cluster(
-    *, workers: int | None = None, scheduler: str | None = None, memory: float | None = None
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    memory: float | None = None,
+    dashboard: int | None = None,
 ) -> Iterator[Client]:
     """Open a client of a running scheduler, or of processes of this host that stop with the client.
 
@@ -51,13 +55,15 @@ def cluster(
         Address, ``tcp://host:8786``.
     memory : float, optional
         Memory of a process of this host. [bytes] Default: its share of the memory of the host.
+    dashboard : int, optional
+        Port of the loopback for the dashboard of Dask about the processes of this host. Default: no dashboard.
 
     Raises
     ------
     DataError
-        If the scheduler does not answer.
+        If the scheduler does not answer, or the port of the dashboard is in use.
     ImportError
-        Without dask.distributed.
+        Without dask.distributed, or without bokeh for a dashboard.
     """
     try:
         import dask
@@ -78,10 +84,11 @@ def cluster(
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with dask.config.set(settings):
         if scheduler is None:
+            address = None if dashboard is None else _dashboard_address(dashboard)
             with contextlib.ExitStack() as stack:
                 with uninterrupted():
                     local = stack.enter_context(LocalCluster(
-                        n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0",
+                        n_workers=workers, threads_per_worker=1, dashboard_address=address,
                         memory_limit="auto" if memory is None else int(memory), silence_logs=60,
                         preload="sigmatau.lab.fleet.worker", preload_nanny=[],
                     ))  # fmt: skip
@@ -101,6 +108,22 @@ def cluster(
             yield client
         finally:
             client.close(timeout=2)
+
+
+def _dashboard_address(port: int) -> str:
+    """Address of a dashboard on the loopback. Dask itself would take another port, or show no dashboard without bokeh."""
+    import socket
+    from importlib.util import find_spec
+
+    if find_spec("bokeh") is None:
+        raise ImportError("the dashboard needs bokeh: pip install 'sigmatau[cluster]'")
+    try:
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(("127.0.0.1", port))
+    except OSError as error:
+        raise DataError(f"port {port} of the dashboard: {error.strerror or error}; choose another port") from None
+    return f"127.0.0.1:{port}"
 
 
 def _answers(scheduler: str) -> None:

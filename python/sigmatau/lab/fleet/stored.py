@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.errors import DataError
+from sigmatau.findings.finding import WITHOUT_REST
 from sigmatau.lab.fleet.logs import Log
 
 if TYPE_CHECKING:
@@ -13,7 +14,11 @@ if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
     from sigmatau.lab.store.ingest import Added
+    from sigmatau.lab.store.keeping import KeepCurves
     from sigmatau.lab.store.rows import Rows
+
+NOT_AT_REST, DAMAGED = 5, 4
+"""Exit codes of a log that was not at rest or too short to tell, and of one that was read in part."""
 
 _AT_ONCE = 500  # number of keys in a statement
 
@@ -26,6 +31,8 @@ class Stored:
     engine : Engine
     options : mapping
         Options in the form of results.
+    keep_curves : {"failed", "all", "none"}
+        A result that is stored without its curves, but keeps them now, counts as missing.
 
     Raises
     ------
@@ -33,29 +40,50 @@ class Stored:
         If the store cannot be read.
     """
 
-    def __init__(self, engine: Engine, options: Mapping[str, Any]) -> None:
+    def __init__(self, engine: Engine, options: Mapping[str, Any], *, keep_curves: KeepCurves = "all") -> None:
         from sqlalchemy import and_, select
         from sqlalchemy.exc import SQLAlchemyError
 
         from sigmatau.lab.store.connect import reason
+        from sigmatau.lab.store.keeping import lacks_curves
         from sigmatau.lab.store.rows import options_key
-        from sigmatau.lab.store.tables import run
+        from sigmatau.lab.store.tables import finding, run
 
         self._engine = engine
         self._mine = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
-        columns = (run.c.path, run.c.file_version, run.c.state, run.c.id, run.c.recorded, run.c.temperature)
-        query = select(*columns, run.c.message).where(self._mine)
+        columns = (
+            run.c.path,
+            run.c.file_version,
+            run.c.state,
+            run.c.id,
+            run.c.recorded,
+            run.c.temperature,
+            run.c.supply,
+        )
+        lacks = lacks_curves(keep_curves).label("lacks")
+        query = select(*columns, run.c.message, lacks).where(self._mine)
+        # A finding about the whole record that is an error determines the exit code, see `sigmatau.findings.exit_code`.
+        errors = select(run.c.path, run.c.file_version, finding.c.code).join_from(finding, run)
+        errors = errors.where(self._mine, finding.c.severity == "error", finding.c.channels == "")
         self._runs: dict[str, list[tuple[str, str]]] = {}
         self._stated: dict[str, list[tuple[int, dict[str, Any]]]] = {}
         self._messages: dict[tuple[str, str], str] = {}  # of failures, by place and version
+        self._lacking: set[tuple[str, str]] = set()  # place and version of results that lack their curves
+        self._errors: dict[tuple[str, str], set[str]] = {}  # codes of findings, by place and version
         try:
             with engine.connect() as connection:
-                for path, version, state, key, recorded, temperature, message in connection.execute(query):
+                for path, version, state, key, recorded, temperature, supply, message, lacking in connection.execute(
+                    query
+                ):
+                    if lacking:
+                        self._lacking.add((path, version))
                     if state == "failed":
                         self._messages[path, version] = message
                     self._runs.setdefault(path, []).append((version, state))
-                    stated = {"recorded": recorded, "temperature": temperature}
+                    stated = {"recorded": recorded, "temperature": temperature, "supply": supply}
                     self._stated.setdefault(path, []).append((key, stated))
+                for path, version, code in connection.execute(errors):
+                    self._errors.setdefault((path, version), set()).add(code)
         except SQLAlchemyError as error:
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
@@ -64,9 +92,17 @@ class Stored:
         self._engine.dispose()
 
     def has(self, log: Log, *, failures: bool = True) -> bool:
-        """Whether there is a result for this version of a log. A failure counts unless `failures` is False."""
+        """Whether there is a result for this version of a log, with the curves that it keeps. A failure counts unless
+        `failures` is False.
+        """
+        if self.lacks_curves(log):
+            return False
         runs = self._runs.get(log.place, ())
         return any(version == log.version and (failures or state != "failed") for version, state in runs)
+
+    def lacks_curves(self, log: Log) -> bool:
+        """Whether the result for this version of a log lacks the curves that it keeps now."""
+        return (log.place, log.version) in self._lacking
 
     def failures(self, logs: Iterable[Log]) -> dict[str, str]:
         """Why logs have failed whose present version has no other result, by place."""
@@ -77,8 +113,13 @@ class Stored:
                 reasons[log.place] = self._messages[log.place, log.version]
         return reasons
 
+    def code(self, log: Log) -> int:
+        """Exit code of the result for this version of a log that did not fail."""
+        codes = self._errors.get((log.place, log.version), set())
+        return 0 if not codes else NOT_AT_REST if codes.intersection(WITHOUT_REST) else DAMAGED
+
     def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
-        """Set the time or the temperature of existing runs of logs by place; return the number of changed runs.
+        """Set the time, temperature or supply voltage of existing runs of logs by place; return the number of changed runs.
 
         Raises
         ------

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sigmatau.analysis import FailedAnalysis
     from sigmatau.analysis.stretches import Division
     from sigmatau.errors import DataError, OptionError
+    from sigmatau.lab.store.keeping import KeepCurves
     from sigmatau.lab.store.naming import Naming
     from sigmatau.lab.store.rows import Rows
 
@@ -36,11 +37,14 @@ class FleetJob:
         Options of `sigmatau.read` and `sigmatau.analyze`.
     naming : Naming
         Names of the results in the store.
+    keep_curves : {"failed", "all", "none"}
+        Results that keep their curves in the store, see `sigmatau.lab.store.keeping`.
     """
 
     reading: Mapping[str, Any]
     settings: Mapping[str, Any]
     naming: Naming
+    keep_curves: KeepCurves = "all"
 
     @property
     def options(self) -> dict[str, Any]:
@@ -149,10 +153,11 @@ def _outcome(log: Log, job: FleetJob, result: Callable[[], tuple[Analysis, int]]
 
 
 def _entered(log: Log, job: FleetJob, result: Analysis | FailedAnalysis, code: int) -> FleetOutcome:
+    from sigmatau.lab.store.keeping import with_chosen_curves
     from sigmatau.lab.store.rows import make_rows
 
     entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
-    return FleetOutcome(log=log, code=code, rows=make_rows(entry))
+    return FleetOutcome(log=log, code=code, rows=with_chosen_curves(make_rows(entry), job.keep_curves))
 
 
 @functools.cache

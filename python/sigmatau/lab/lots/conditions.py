@@ -87,6 +87,14 @@ RATE = ConditionFactor(name="rate", unit="Hz", ratio=1.02)
 """Sampling rate. [Hz]"""
 
 
+def condition_groups(temperatures: Sequence[float | None], supplies: Sequence[float | None]) -> list[str]:
+    """The group of each run by temperature and supply voltage in words, ``"at 25 °C at 3.3 V"``, without a condition in
+    which the runs do not differ.
+    """
+    labels = zip(TEMPERATURE.groups(temperatures), SUPPLY.groups(supplies), strict=True)
+    return [" ".join(filter(None, pair)) for pair in labels]
+
+
 def celsius(text: str) -> float | None:
     """Parse a temperature, 25, 25degC or 298K; None for another form. [degC]"""
     match = _TEMPERATURE.fullmatch(text.strip())
@@ -96,7 +104,7 @@ def celsius(text: str) -> float | None:
 def volts(text: str) -> float | None:
     """Parse a voltage, 3.3, 3.3V or 3300mV; None for another form. [V]"""
     match = _VOLTAGE.fullmatch(text.strip())
-    return None if match is None else float(match[1]) * (1e-3 if match[2] == "mV" else 1.0)
+    return None if match is None else float(match[1]) / (1000 if match[2] == "mV" else 1)
 
 
 def run_temperature(result: Analysis) -> float | None:

@@ -61,12 +61,14 @@ def compare_units(
 
 
 def _same_data(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]) -> None:
-    """Units whose curves are equal to the last digit: one log under two names."""
+    """Units whose curves are equal to the last digit, or without curves units of equal logs: one log under two names."""
     first_names: dict[str, str] = {}
     for name, unit in units.items():
         digest = hashlib.sha256()
         for channel, part in sorted(unit.channels.items()):
             digest.update(channel.encode() + part.tau.tobytes() + part.adev.tobytes())
+        if not any(len(part.tau) for part in unit.channels.values()):
+            digest.update((unit.sha256 or name).encode())
         first = first_names.setdefault(digest.hexdigest(), name)
         if first != name:
             remarks[name].append(remark(SameData(unit=printable(first)), "data"))

@@ -14,7 +14,15 @@ from sigmatau.lab.lots.lot_findings import MixedLot
 from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_statistics import Distribution
-from sigmatau.lab.lots.lot_words import STATE_WORDS, change_text, count_text, listed, percent, what_text
+from sigmatau.lab.lots.lot_words import (
+    STATE_WORDS,
+    change_text,
+    count_text,
+    listed,
+    percent,
+    what_text,
+    without_curves_text,
+)
 from sigmatau.lab.lots.order_effect import OrderEffect
 from sigmatau.lab.lots.pooling import Pooled, pooled
 from sigmatau.noise.terms import TERMS
@@ -50,6 +58,8 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
     if len(rows_shown) > max_units:
         lines.append(f"… and {len(rows_shown) - max_units} more; see -v or the files of -o")
     lines += _orientations(lot, width)
+    if text := without_curves_text([unit.remarks for unit in lot.units]):
+        lines += wrapped([f"{text}."], width=width)
     lines += _only_described(lot, width)
     rows = pooled(lot)
     lines += _only_typical(lot, rows, width)

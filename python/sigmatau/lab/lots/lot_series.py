@@ -54,6 +54,9 @@ def collect_distributions(units: Mapping[str, UnitResult]) -> Distributions:
         first = next(iter(those.values())).channels[channel]
         alike = {name: unit for name, unit in those.items() if unit.channels[channel].unit == first.unit}
         curves = {name: (unit.channels[channel].tau, unit.channels[channel].adev) for name, unit in alike.items()}
+        if not all(len(tau) for tau, _ in curves.values()):
+            # A store may keep the curves of doubtful units alone, which are not those of the lot.
+            curves = dict.fromkeys(curves, (np.empty(0), np.empty(0)))
         bands.append(band(channel, curves, quantity=first.quantity, unit=first.unit))
         for what in _WHATS:
             series = _series(channel, what, alike)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from sigmatau.digits import round_to_error, significant
-from sigmatau.lab.lots.lot_remark import State
+from sigmatau.lab.lots.lot_remark import Remark, State
 from sigmatau.lab.lots.order_effect import OrderEffect
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import printable
@@ -38,6 +38,15 @@ def count_text(counts: Mapping[State, int], *, spec: str) -> str:
     parts = [f"{number} {STATE_WORDS[state]}" for state, number in counts.items() if number]
     against = f" against {spec}" if spec else " without a specification"
     return printable(f"{total} {'unit' if total == 1 else 'units'}{against}: {', '.join(parts) or 'none'}")
+
+
+def without_curves_text(remarks: Sequence[Sequence[Remark]]) -> str:
+    """How many units lack their curves, from the remarks of each unit; empty if none does."""
+    lacking = sum(any(remark.code == "curves_not_kept" for remark in unit_remarks) for unit_remarks in remarks)
+    if not lacking:
+        return ""
+    what = f"{lacking} of {len(remarks)} units"
+    return f"Curves are not compared: the Allan deviations of {what} were not kept in the store"
 
 
 def percent(ratio: float) -> str:

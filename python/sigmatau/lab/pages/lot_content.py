@@ -10,7 +10,7 @@ from sigmatau.digits import round_to_error, significant
 from sigmatau.lab.datasheets.claims import Claim
 from sigmatau.lab.lots.lot_result import JudgedUnit, JudgingOptions, Lot
 from sigmatau.lab.lots.lot_statistics import Distribution
-from sigmatau.lab.lots.lot_words import listed, order_text, percent, what_text, what_unit
+from sigmatau.lab.lots.lot_words import listed, order_text, percent, what_text, what_unit, without_curves_text
 from sigmatau.record import stream_name
 from sigmatau.results import printable
 
@@ -168,6 +168,7 @@ def done_rows(lot: Lot, command: str | None, moment: str) -> list[tuple[str, str
         "Undecided": settings.undecided.replace("-", " "),
         "Warnings": "the unit fails" if settings.fail_on else "the unit is not judged",
         "Accepted": ", ".join(settings.accept) or "nothing",
+        "Curves": without_curves_text([unit.remarks for unit in lot.units]),
         "Exit code": str(lot.exit_code),
         "Command": command or "",
         "Date": moment,

@@ -17,7 +17,7 @@ from sigmatau.lab.lots.lot_findings import CODES
 from sigmatau.lab.lots.lot_remark import STATES, State
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_screen import drift_lines
-from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
+from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text, without_curves_text
 from sigmatau.lab.lots.pooling import Pooled, pooled
 from sigmatau.lab.lots.short_names import common_prefix
 from sigmatau.lab.pages.lot_content import (
@@ -65,7 +65,7 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime, reports: 
             section("summary", "Summary", _summary(lot)),
             section("units", "Units", _units(lot, reports)),
             section("distribution", "Distribution and drift", _distribution(lot)),
-            section("curves", "Allan deviation", _curves()),
+            section("curves", "Allan deviation", _curves(lot)),
             section("findings", "Findings of each unit", _findings(lot)),
             section("done", "What was done", done(done_rows(lot, command, moment))),
         ],
@@ -163,11 +163,14 @@ def _distribution(lot: Lot) -> Markup:
     return joined(element("p", about, class_="about"), scrolled(table), element("p", ""), charts)
 
 
-def _curves() -> Markup:
+def _curves(lot: Lot) -> Markup:
+    text = without_curves_text([unit.remarks for unit in lot.units])
+    if text and not any(len(band.tau) for band in lot.bands):
+        return element("p", f"{text}.", class_="none")
     about = (
         "Thin: all units. Thick: their median, with the range of the middle 80 %. In colour: units that failed or are unlike"
         " the others. Dashed: maxima of the specification, each for its term alone."
-    )
+    ) + (f" {text}." if text else "")
     return joined(element("p", about, class_="about"), element("div", class_="charts", data_lot="curves"))
 
 
@@ -194,7 +197,7 @@ def _findings(lot: Lot) -> Markup:
 def _remark_texts(unit: JudgedUnit) -> Iterator[str]:
     """Remarks on a unit, with what to do about its findings."""
     for remark in unit.remarks:
-        if remark.code != "no_specification":
+        if remark.code not in ("no_specification", "curves_not_kept"):  # of the lot, not of the unit
             action = remark.finding.words_of_files().action if remark.kind == "data" else ""
             yield f"{remark.text}." + (f" {action}." if action else "")
 

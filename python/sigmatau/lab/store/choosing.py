@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @frozen
 class Chosen:
-    """Selection of current runs by unit, sensor model, state, time or temperature.
+    """Selection of current runs by unit, sensor model, state, time, temperature or supply voltage.
 
     Attributes
     ----------
@@ -30,7 +30,9 @@ class Chosen:
     since, until : datetime or None
         Range of the beginning of the record, UTC; `until` is excluded.
     temperature : tuple of float or None
-        Lowest and highest stated temperature. [degC] Runs without a temperature are then excluded.
+        Lowest and highest temperature. [degC] Runs without a temperature are then excluded.
+    supply : tuple of float or None
+        Lowest and highest supply voltage. [V] Runs without one are then excluded.
     pattern : bool
         Whether ``*`` in the name of a unit matches any text.
     history : bool
@@ -47,6 +49,7 @@ class Chosen:
     since: datetime | None = None
     until: datetime | None = None
     temperature: tuple[float, float] | None = None
+    supply: tuple[float, float] | None = None
     pattern: bool = True
     history: bool = False
 
@@ -119,6 +122,8 @@ def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
         clauses.append(run.c.recorded < in_utc(choice.until))
     if choice.temperature is not None:
         clauses.append(run.c.temperature.between(*choice.temperature))
+    if choice.supply is not None:
+        clauses.append(run.c.supply.between(*choice.supply))
     return clauses
 
 

@@ -212,12 +212,15 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
 
 
 def _make_tables(engine: Engine, place: str | Path) -> None:
-    """Create the tables of an empty database. Raises `DataError` for tables of another program or version."""
+    """Create the tables of an empty database, or update those of the previous version. Raises `DataError` for tables of
+    another program or version.
+    """
     from sqlalchemy import insert, inspect, select, text
 
+    from sigmatau.lab.store.migrating import PREVIOUS, update_tables
     from sigmatau.lab.store.tables import VERSION, metadata, version
 
-    def has_tables(connection: Connection) -> bool:
+    def has_tables(connection: Connection, *, may_update: bool = False) -> bool:
         names = set(inspect(connection).get_table_names())
         stated = connection.scalar(select(version.c.version_num)) if version.name in names else None
         if stated == VERSION:
@@ -226,6 +229,10 @@ def _make_tables(engine: Engine, place: str | Path) -> None:
             raise DataError(
                 f"{shown_place(place)}: has other tables ({', '.join(sorted(names)[:3])} …); give an empty database"
             )
+        if stated == PREVIOUS:
+            if may_update:
+                update_tables(connection)
+            return may_update
         if stated is not None and stated < VERSION:
             again = command("store", "add", "RESULTS", Hint("store", value="NEW"))
             raise DataError(
@@ -241,6 +248,6 @@ def _make_tables(engine: Engine, place: str | Path) -> None:
     with engine.connect().execution_options(writes=True) as connection, connection.begin():
         if engine.dialect.name == "postgresql":
             connection.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))
-        if not has_tables(connection):
+        if not has_tables(connection, may_update=True):
             metadata.create_all(connection)
             connection.execute(insert(version).values(version_num=VERSION))

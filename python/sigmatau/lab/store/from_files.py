@@ -20,6 +20,7 @@ from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command, worded
 from sigmatau.lab.store.ingest import BATCH, Added, add_rows
+from sigmatau.lab.store.keeping import KeepCurves, with_chosen_curves
 from sigmatau.lab.store.naming import Naming, UnknownUnitError
 from sigmatau.lab.store.packing import loads
 from sigmatau.lab.store.rows import Rows, make_rows
@@ -72,6 +73,7 @@ def add_files(
     naming: Naming,
     *,
     jobs: int = 1,
+    keep_curves: KeepCurves = "all",
     done: Callable[[int], None] = lambda _: None,
 ) -> FilesAdded:
     """Add the results of files. A file that is not a result is reported, and the others are added.
@@ -83,12 +85,15 @@ def add_files(
     naming : Naming
     jobs : int
         Processes that read files. This process writes.
+    keep_curves : {"failed", "all", "none"}
+        Results that keep their curves, see `sigmatau.lab.store.keeping`.
     done : callable
         Called with the number of files so far.
     """
     batches = [files[start : start + BATCH] for start in range(0, len(files), BATCH)]
     total, problems, count = Added(), [], 0
-    results = _read_all(batches, naming, jobs if len(files) > _FILES_OF_ONE_PROCESS else 1)
+    read = partial(_read, naming=naming, keep_curves=keep_curves)
+    results = _read_all(batches, read, jobs if len(files) > _FILES_OF_ONE_PROCESS else 1)
     with _without_collection():
         for batch, (rows, wrong) in zip(batches, results, strict=True):
             problems += [replace(problem, reason=worded(problem.reason)) for problem in wrong]
@@ -102,9 +107,8 @@ def add_files(
 _Read = tuple[list[Rows], list[Problem]]
 
 
-def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> Iterator[_Read]:
+def _read_all(batches: Sequence[Sequence[Path]], read: Callable[[Sequence[Path]], _Read], jobs: int) -> Iterator[_Read]:
     """Yield the batches in order, and read some ahead."""
-    read = partial(_read, naming=naming)
     if jobs < 2:
         yield from map(read, batches)
         return
@@ -150,11 +154,11 @@ def _without_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _read(files: Sequence[Path], naming: Naming) -> _Read:
+def _read(files: Sequence[Path], naming: Naming, keep_curves: KeepCurves) -> _Read:
     rows, problems = [], []
     for file in files:
         try:
-            rows.append(_read_file(file, naming))
+            rows.append(with_chosen_curves(_read_file(file, naming), keep_curves))
         except DataError as error:
             unknown = isinstance(error, UnknownUnitError)
             problems.append(Problem(file=file, reason=error.text, unit_unknown=unknown))

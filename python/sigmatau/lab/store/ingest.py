@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 BATCH = 200
 """Number of runs in a transaction."""
 
+_STATED = ("recorded", "temperature", "supply")  # facts about a run that the user may state
 _ATTEMPTS = 5  # largest number of attempts for a transaction that conflicts with another writer
 
 
@@ -35,7 +36,7 @@ class Added:
     revised : int
         Number of results that replace earlier ones of the same log and options.
     updated : int
-        Number of results that were already there, of which a time or temperature is new.
+        Number of results that were already there, of which a time, temperature, supply voltage or the curves are new.
     known : int
         Number of other results that were already there.
     """
@@ -123,7 +124,10 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
         if last.has(rows_):
             if last.id is not None and (news := last.news(rows_)):
                 connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
-                updated += not news.keys().isdisjoint(("recorded", "temperature"))
+                if "has_curves" in news:
+                    stored = tables.result.c.run_id == last.id
+                    connection.execute(update(tables.result).where(stored).values(curves=rows_.packed.curves))
+                updated += not news.keys().isdisjoint((*_STATED, "has_curves"))
             continue
         revision = last.revision + 1
         last_revisions[rows_.identity] = _Last(
@@ -176,6 +180,8 @@ class _Last:
     current: bool = True
     recorded: datetime | None = None
     temperature: float | None = None
+    supply: float | None = None
+    has_curves: bool | None = None
     id: int | None = None  # None if it is not in the database yet
 
     def has(self, rows: Rows) -> bool:
@@ -184,14 +190,18 @@ class _Last:
         return bool(self.revision and self.digest == rows.packed.digest and not back)
 
     def news(self, rows: Rows) -> dict[str, Any]:
-        """Changed facts about the same log: its place, its time of change, and stated facts about its run."""
+        """Changed facts about the same log: its place, its time of change, stated facts about its run, and curves that
+        were not kept before.
+        """
         changes: dict[str, Any] = {}
         if rows.run["file_version"] and (self.path, self.version) != (rows.run["path"], rows.run["file_version"]):
             changes = {key: rows.run[key] for key in ("path", "file_version", "name")}
-        if rows.run["recorded"] not in (None, self.recorded):
-            changes["recorded"] = rows.run["recorded"]
-        if rows.run["temperature"] not in (None, self.temperature):
-            changes["temperature"] = rows.run["temperature"]
+        for key in _STATED:
+            before = getattr(self, key)
+            if rows.run[key] not in (None, before) and (before is None or key not in rows.measured):
+                changes[key] = rows.run[key]
+        if rows.run["has_curves"] and not self.has_curves:
+            changes["has_curves"] = True
         return changes
 
 
@@ -217,12 +227,14 @@ def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
             run.current,
             run.recorded,
             run.temperature,
+            run.supply,
+            run.has_curves,
             run.id,
         )
         .where(run.identity.in_(identities))
         .order_by(run.revision)
     )
-    fields = ("revision", "digest", "path", "version", "current", "recorded", "temperature", "id")
+    fields = ("revision", "digest", "path", "version", "current", *_STATED, "has_curves", "id")
     return {identity: _Last(**dict(zip(fields, values, strict=True))) for identity, *values in rows}
 
 

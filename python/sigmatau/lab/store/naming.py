@@ -1,4 +1,4 @@
-"""Unit, time and temperature of a result: from options, its notes, or names of files and folders."""
+"""Unit, time, temperature and supply voltage of a result: from options, its notes, or names of files and folders."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
-from sigmatau.lab.lots.conditions import KELVIN, TEMPERATURE_NOTES, celsius
+from sigmatau.lab.lots.conditions import KELVIN, SUPPLY_NOTES, TEMPERATURE_NOTES, celsius, volts
 from sigmatau.lab.lots.dates import DATE_NOTES, date_in_name, iso_date
 from sigmatau.lab.lots.runs import RUN_NOTES
 from sigmatau.lab.lots.unit_pattern import FOLDER, LOG_FOLDER, check_unit_pattern, unit_in_path
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 IN_NAME = "name"
 """Value of `Naming.date`: the first date in the path of the log."""
 
+_HIGHEST_SUPPLY = 1000.0  # supply voltage above which no inertial sensor works [V]; a larger number is in mV
 _HIGHEST = 1000.0  # temperature above which no inertial sensor works [degC]; a larger number is a slip
 
 
@@ -51,6 +52,8 @@ class Naming:
         time without a time zone is UTC.
     temperature : float or None
         Temperature. [degC] Default: the note.
+    supply : float or None
+        Supply voltage. [V] Default: the note.
     """
 
     unit: str | None = None
@@ -59,6 +62,7 @@ class Naming:
     model: str = ""
     date: str | None = None
     temperature: float | None = None
+    supply: float | None = None
 
     def check(self) -> None:
         """Check the options.
@@ -66,8 +70,8 @@ class Naming:
         Raises
         ------
         OptionError
-            For two names of the unit, an empty name, a date that is not ISO 8601, a temperature at which there are no
-            sensors, or an expression for the unit that `check_unit_pattern` refuses.
+            For two names of the unit, an empty name, a date that is not ISO 8601, a temperature or a supply voltage at
+            which there are no sensors, or an expression for the unit that `check_unit_pattern` refuses.
         """
         if self.unit is not None and self.unit_from is not None:
             raise OptionError(f"{Hint('unit')} and {{option}} both name the unit; give one of them", option="unit_from")
@@ -80,12 +84,14 @@ class Naming:
             in_utc(time)
         if self.temperature is not None:
             check_range(self.temperature)
+        if self.supply is not None:
+            check_supply(self.supply)
         check_unit_pattern(self.unit_from)
 
     def entry(
         self, result: Analysis | FailedAnalysis, file: Path, *, content: Mapping[str, Any] | None = None
     ) -> Entry:
-        """Add unit, time and temperature to a result.
+        """Add unit, time, temperature and supply voltage to a result.
 
         Parameters
         ----------
@@ -103,7 +109,7 @@ class Naming:
         Raises
         ------
         DataError
-            If the unit is unknown, or a date or a temperature cannot be read.
+            If the unit is unknown, or a date, a temperature or a supply voltage cannot be read.
         """
         notes = {key.strip().lower(): text.strip() for key, text in result.notes.items()}
         log = result.path if isinstance(result, FailedAnalysis) else result.source.path or ""
@@ -114,6 +120,7 @@ class Naming:
             name=next((notes[key] for key in RUN_NOTES if notes.get(key)), PurePath(log).name or file.stem),
             recorded=self._recorded(notes, log),
             temperature=self._temperature(notes),
+            supply=self._supply(notes),
             content=content,
         )
 
@@ -169,6 +176,37 @@ class Naming:
                     raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give {Hint('temperature')}")
                 return degrees
         return None
+
+    def _supply(self, notes: Mapping[str, str]) -> float | None:
+        if self.supply is not None:
+            return self.supply
+        for key in SUPPLY_NOTES:
+            if text := notes.get(key):
+                voltage = volts(text)
+                if voltage is None:
+                    raise DataError(f"the note {key} {text!r:.40} is not a voltage like 3.3V; give {Hint('supply')}")
+                return voltage
+        return None
+
+
+def stated_supply(text: str | None) -> float | None:
+    """Parse a supply voltage of the command line to V. Raises `OptionError` for forms other than 3.3, 3.3V or 3300mV."""
+    if text is None:
+        return None
+    voltage = volts(text)
+    if voltage is None:
+        raise OptionError(f"{{option}} {text!r:.40} is not a voltage like 3.3V", option="supply")
+    check_supply(voltage)
+    return voltage
+
+
+def check_supply(voltage: float) -> None:
+    """Raise `OptionError` for a supply voltage at which there are no sensors."""
+    if not 0 < voltage <= _HIGHEST_SUPPLY:
+        raise OptionError(
+            f"{{option}} {voltage:g} V is not above 0 and at most {_HIGHEST_SUPPLY:g} V; give it like 3.3V or 3300mV",
+            option="supply",
+        )
 
 
 def stated_temperature(text: str | None) -> float | None:

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.findings import details_by_code
+from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 
 if TYPE_CHECKING:
@@ -44,7 +46,8 @@ class Packed:
     """A result as it is stored."""
 
     content: bytes  # everything except the curves
-    curves: bytes  # curves of all channels in order, not compressed, because compression does not shorten numbers
+    # Curves of all channels in order, not compressed, because compression does not shorten numbers; empty if not kept.
+    curves: bytes
     digest: str  # checksum of the statements of the result, without the version of the program and the place of the log
 
 
@@ -118,18 +121,27 @@ def loads(data: bytes) -> Any:  # noqa: ANN401  anything that JSON has
 
 
 def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
-    """Restore a packed result. Raises `DataError` for damaged content."""
+    """Restore a packed result; its curves have no points if they were not kept. Raises `DataError` for damaged content."""
     try:
         result: dict[str, Any] = loads(zlib.decompress(content))
-        offset = 0
+        offset, has_lost_points = 0, False
         for channel in result["channels"].values():
             head = channel["curve"]
             curve = dict(head["rest"])
             for key, (kind, count) in head["arrays"].items():
-                numbers = np.frombuffer(curves, dtype=kind, count=count, offset=offset)
-                curve[key] = _values(numbers)
-                offset += numbers.nbytes
+                if curves:
+                    numbers = np.frombuffer(curves, dtype=kind, count=count, offset=offset)
+                    curve[key] = _values(numbers)
+                    offset += numbers.nbytes
+                else:  # not kept
+                    curve[key] = []
             channel["curve"] = {key: curve[key] for key in head["order"]}
+            has_lost_points |= not curves and any(count for _, count in head["arrays"].values())
+        if has_lost_points:
+            result["findings"] = [
+                *result.get("findings", ()),
+                Finding(details=details_by_code()["curves_not_kept"](), severity="info").to_dict(),
+            ]
     except (zlib.error, ValueError, KeyError, TypeError, AttributeError) as error:
         raise DataError(f"a result in the store is damaged: {error}") from None
     return result

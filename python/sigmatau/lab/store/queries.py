@@ -34,8 +34,8 @@ def runs(chosen: Chosen | None) -> Select[Any]:
     return (
         select(
             run.c.id, unit.c.name.label("unit"), model.c.name.label("model"), run.c.name.label("run"),
-            run.c.recorded, run.c.temperature, run.c.duration, run.c.state, run.c.revision, run.c.version,
-            run.c["message"],
+            run.c.recorded, run.c.temperature, run.c.supply, run.c.duration, run.c.state, run.c.revision,
+            run.c.has_curves, run.c.version, run.c["message"],
         )
         .join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
         .where(*conditions(chosen)).order_by(unit.c.name, run.c.recorded, run.c.id)
@@ -57,9 +57,9 @@ def coefficients(chosen: Chosen | None, *, term: str | None, channels: Sequence[
     query = (
         select(
             unit.c.name.label("unit"), model.c.name.label("model"), run.c.name.label("run"), run.c.recorded,
-            run.c.temperature, label.channel, label.quantity, label.term, coefficient.observed, coefficient.value,
-            coefficient.low, coefficient.high, coefficient.upper_limit, coefficient.level, label.unit.label("si"),
-            label.rate_unit, channel.verdict, channel.trust,
+            run.c.temperature, run.c.supply, label.channel, label.quantity, label.term, coefficient.observed,
+            coefficient.value, coefficient.low, coefficient.high, coefficient.upper_limit, coefficient.level,
+            label.unit.label("si"), label.rate_unit, channel.verdict, channel.trust,
         )
         .join_from(tables.coefficient, tables.label)
         .join(tables.channel, and_(channel.run_id == coefficient.run_id, channel.name == label.channel))

@@ -18,6 +18,7 @@ from sigmatau.analysis import FailedAnalysis, stated_options
 from sigmatau.errors import DataError
 from sigmatau.fitting import QUANTIFIED
 from sigmatau.frozen import frozen
+from sigmatau.lab.lots.conditions import run_supply, run_temperature
 from sigmatau.lab.lots.runs import LEVEL, MEAN
 from sigmatau.lab.store.packing import NUMBERS, Packed, pack
 
@@ -44,7 +45,9 @@ class Entry:
     recorded : datetime or None
         Beginning of the record; without a time zone, UTC.
     temperature : float or None
-        [degC]
+        [degC] Default: the mean of the thermometer of the log.
+    supply : float or None
+        Supply voltage. [V] Default: of a channel of the log, or of its name.
     file_version : str
         Version of the log, such as its size and change time, which shows a change without reading the log.
     content : mapping or None
@@ -57,6 +60,7 @@ class Entry:
     name: str = ""
     recorded: datetime | None = None
     temperature: float | None = None
+    supply: float | None = None
     file_version: str = ""
     content: Mapping[str, Any] | None = None
 
@@ -82,6 +86,7 @@ class Rows:
     numbers: bytes  # like `NUMBERS`, with positions in `labels`
     findings: tuple[tuple[str, str, str, str], ...]
     packed: Packed
+    measured: tuple[str, ...] = ()  # columns of `run` that come from the log, because nobody stated them
 
 
 def options_key(options: Mapping[str, Any]) -> str:
@@ -135,7 +140,7 @@ def _rows(entry: Entry) -> Rows:
         for k, (label, row) in enumerate(labels)
     ]
     findings = () if analysis is None else analysis.findings
-    run = _run(entry, channels) | {"digest": packed.digest}
+    run = _run(entry, channels) | {"digest": packed.digest, "has_curves": bool(packed.curves) or None}
     return Rows(
         unit=unit,
         model=_name(entry.model, "model", needed=False),
@@ -150,6 +155,7 @@ def _rows(entry: Entry) -> Rows:
             for each in findings
         ),
         packed=packed,
+        measured=tuple(key for key in ("temperature", "supply") if getattr(entry, key) is None),
     )
 
 
@@ -201,16 +207,19 @@ def _run(entry: Entry, channels: tuple[tuple[Any, ...], ...]) -> dict[str, Any]:
     result = entry.result
     if isinstance(result, FailedAnalysis):
         state, path, sha256, message, options = "failed", result.path, None, result.message, result.options or {}
+        measured: tuple[float | None, float | None] = None, None
     else:
         state, path, sha256, message = _state(result), result.source.path or "", result.source.sha256, ""
         options = stated_options(result)
+        measured = run_temperature(result), run_supply(result)
     path = _text(path)
     return {
         "name": _name(entry.name or PurePath(path).name or entry.unit, "run"),
         "path": path,
         "sha256": _word(sha256, 64) if sha256 else None,
         "recorded": None if entry.recorded is None else in_utc(entry.recorded),
-        "temperature": _number(entry.temperature),
+        "temperature": _number(measured[0] if entry.temperature is None else entry.temperature),
+        "supply": _number(measured[1] if entry.supply is None else entry.supply),
         "duration": max((samples / rate for *_, rate, samples, _, _, _ in channels), default=None),
         "state": state,
         "message": _text(message),

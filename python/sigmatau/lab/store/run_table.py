@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.analysis import as_result
 from sigmatau.arrays import Floats
-from sigmatau.lab.lots.conditions import TEMPERATURE
+from sigmatau.lab.lots.conditions import condition_groups
 from sigmatau.lab.lots.preparing import without_copies
 from sigmatau.lab.lots.runs import (
     LIMITED,
@@ -40,7 +40,7 @@ _TERMS = (*TERMS, MEAN)
 
 def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> RunTable:
     """Rows of the runs that have coefficients. Of the results of a log with several options, the latest fit is taken,
-    or else the latest that was read off. The runs of a unit at each temperature are those of a unit of their own.
+    or else the latest that was read off. The runs of a unit at each temperature and supply are those of a separate unit.
 
     Lines and filters of the fits are not read, so that clocks are not compared. δ of eq. (26) is read for up to 1000
     runs.
@@ -54,24 +54,34 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         select(columns.id, columns.channel, columns.quantity, columns.term, columns.unit, columns.rate_unit)
     ).all()
     rows = connection.execute(
-        select(run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers, run.c.state, run.c.temperature)
+        select(
+            run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers, run.c.state, run.c.temperature,
+            run.c.supply,
+        )
         .join_from(run, unit)
         .join(result, result.c.run_id == run.c.id)
         .outerjoin(model, unit.c.model_id == model.c.id)
         .where(*conditions, run.c.state.in_(("fitted", "not_fitted")))
         .order_by(unit.c.name, run.c.recorded, run.c.id)
-    ).all()
+    ).all()  # fmt: skip
     rising = sorted(rows, key=lambda row: (row[5] == "fitted", row[0]))
     latest = {(serial, sha or key): key for key, serial, _, sha, *_ in rising}
-    groups = dict(zip((row[0] for row in rows), TEMPERATURE.groups([row[6] for row in rows]), strict=True))
+    conditions_of_runs = condition_groups([row[6] for row in rows], [row[7] for row in rows])
+    groups = dict(zip((row[0] for row in rows), conditions_of_runs, strict=True))
     usable = [row for row in rows if latest[row[1], row[3] or row[0]] == row[0]]
     fitted = [row for row in usable if row[5] == "fitted"]
     numbers = np.frombuffer(b"".join(row[4] for row in fitted), dtype=NUMBERS)
     counts = np.array([len(row[4]) // NUMBERS.itemsize for row in fitted], dtype=np.int64)
     table = _table(
         runs=tuple(
-            ComparedRun(name=name, serial=f"{serial} {groups[key]}".strip(), sha256=sha, temperature=temperature)
-            for key, serial, name, sha, _, _, temperature in fitted
+            ComparedRun(
+                name=name,
+                serial=f"{serial} {groups[key]}".strip(),
+                sha256=sha,
+                temperature=temperature,
+                supply=supply,
+            )
+            for key, serial, name, sha, _, _, temperature, supply in fitted
         ),
         labels={
             key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)

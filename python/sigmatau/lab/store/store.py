@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from sigmatau.lab.lots.comparison import RunComparison
     from sigmatau.lab.lots.options import By
     from sigmatau.lab.store.from_files import FilesAdded
+    from sigmatau.lab.store.keeping import KeepCurves
     from sigmatau.lab.store.naming import Naming
     from sigmatau.lab.store.trend import Period, Trend
 
@@ -134,7 +135,13 @@ class Store:
         return add(self._engine, map(entry, entries if several else [entries]), batch=batch)  # type: ignore[arg-type]
 
     def add_files(
-        self, files: Sequence[Path], naming: Naming, *, jobs: int = 1, done: Callable[[int], None] = lambda _: None
+        self,
+        files: Sequence[Path],
+        naming: Naming,
+        *,
+        jobs: int = 1,
+        keep_curves: KeepCurves = "all",
+        done: Callable[[int], None] = lambda _: None,
     ) -> FilesAdded:
         """Add the JSON files of results.
 
@@ -146,6 +153,9 @@ class Store:
             Rules for the names of units and runs.
         jobs : int
             Number of processes that read the files.
+        keep_curves : {"failed", "all", "none"}
+            Results that keep their Allan deviations: those without a fit, with an error, or with a fit whose trust is not
+            good; all; or none. Coefficients, findings and intervals are stored in any case.
         done : callable, optional
             Called with the number of finished files. Default: not called.
 
@@ -156,7 +166,7 @@ class Store:
         """
         from sigmatau.lab.store.from_files import add_files
 
-        return add_files(self._engine, files, naming, jobs=jobs, done=done)
+        return add_files(self._engine, files, naming, jobs=jobs, keep_curves=keep_curves, done=done)
 
     def versions(self, options_key: str) -> dict[str, str]:
         """Logs that have a current result with some options.

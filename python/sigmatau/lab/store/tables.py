@@ -1,7 +1,7 @@
 """The tables of a store.
 
-No released version has other tables. The first change after a release needs a new `VERSION`, and code that updates a
-store of the previous version when it is opened; a test opens stores of all versions.
+A change needs a new `VERSION`, and code in `migrating` that updates a store of the previous version when it is opened; a
+test opens stores of both versions.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ metadata: MetaData = MetaData(
 )
 
 
-VERSION = "0003"
+VERSION = "0004"
 """Version of the tables below."""
 
 version: Table = Table("alembic_version", metadata, Column("version_num", String(32), primary_key=True))
@@ -73,7 +73,7 @@ run: Table = Table(
     Column("current", Boolean, nullable=False),  # whether no later result replaces it
     Column("sha256", String(64)),  # checksum of the log; NULL if it could not be read
     Column("recorded", DateTime),  # UTC; NULL if neither the log nor the user states it
-    Column("temperature", Float),  # as stated by the user [degC]
+    Column("temperature", Float),  # as stated by the user, or else by the thermometer of the log [degC]
     Column("duration", Float),  # length of the longest channel [s]
     Column("state", String(20), nullable=False),  # fitted, not_fitted, not_at_rest, too_short_to_tell, failed
     Column("message", Text, nullable=False),  # reason of a failure
@@ -84,6 +84,8 @@ run: Table = Table(
     Column(
         "options_key", String(64), nullable=False
     ),  # checksum of the options, see `sigmatau.lab.store.rows.options_key`
+    Column("supply", Float),  # supply voltage, as stated by the user, a channel or the name of the log [V]
+    Column("has_curves", Boolean),  # whether the points of the curves are stored; NULL without a curve
     UniqueConstraint("identity", "revision"),
     Index(None, "unit_id", "current"),
     Index(None, "recorded"),

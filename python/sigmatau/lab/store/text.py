@@ -120,6 +120,7 @@ def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> st
         "" if row["recorded"] is None else f"{cell(row['recorded'])} UTC",
     ]
     head += [f"{row['temperature']:g} °C"] if row["temperature"] is not None else []
+    head += [f"{row['supply']:g} V"] if row["supply"] is not None else []
     head += [f"{row['duration']:g} s"] if row["duration"] is not None else []
     lines = [", ".join(part for part in head if part)]
     if isinstance(result, FailedAnalysis):

@@ -14,7 +14,7 @@ from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.lab.lots.conditions import TEMPERATURE
+from sigmatau.lab.lots.conditions import condition_groups
 from sigmatau.lab.lots.order_effect import LEAST_IN_ORDER, OrderEffect, fit_order
 from sigmatau.lab.lots.repeatability import check_level
 from sigmatau.lab.lots.robust_effect import estimate_effects
@@ -147,7 +147,7 @@ class Trend(Tabular):
         Confidence level of intervals and tests.
     channels : mapping of str to ChannelTrend
         By name; a channel that has several units is one for each, ``"gyro_x [rad/s]"``; that of runs at several temperatures
-        is one for each, ``"gyro_x at 25 °C"``.
+        or supply voltages is one for each, ``"gyro_x at 25 °C at 3.3 V"``.
     undated : int
         Values without a time, which are not used.
     """
@@ -211,7 +211,8 @@ def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period =
     bounded = np.where(limited, np.array(rows["upper_limit"], dtype=np.float64), values)
     channels: dict[str, ChannelTrend] = {}
     orders: dict[str, _UnitSeries] = {}
-    groups = TEMPERATURE.groups(rows.get("temperature", [None] * len(values)))
+    unstated = [None] * len(values)
+    groups = condition_groups(rows.get("temperature", unstated), rows.get("supply", unstated))
     kinds = list(zip(rows["channel"], rows["si"], groups, strict=True))
     distinct = {kind: k for k, kind in enumerate(dict.fromkeys(kinds))}
     which = np.array([distinct[kind] for kind in kinds], dtype=np.int64)

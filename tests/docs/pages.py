@@ -464,7 +464,7 @@ def _in_this_process(folder: Path) -> Iterator[None]:
     def cluster(**_):
         from distributed import Client
 
-        with Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
+        with Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as client:
             yield client
 
     variables = {"COLUMNS": "80", "LC_ALL": "C.UTF-8", "MPLBACKEND": "Agg"}

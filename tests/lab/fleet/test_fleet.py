@@ -83,7 +83,7 @@ def here(monkeypatch):
     def cluster(**options):
         started.append(options)
         with (
-            LocalCluster(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as local,
+            LocalCluster(processes=False, n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as local,
             Client(local) as client,
         ):
             yield client
@@ -107,7 +107,7 @@ def test_a_second_run_analyses_nothing_again(undisturbed, logs, here, tmp_path, 
         assert all(" ".join(reason.split()) in " ".join(err.split()) for reason in reasons.values())
         return out
 
-    assert run() == f"0 of 0 logs analysed, {LOGS + DAMAGED} were in the store ({DAMAGED} of them failed)\n"
+    assert run() == f"0 of 0 logs analysed, {LOGS + DAMAGED} were in the store (of them {DAMAGED} failed)\n"
     assert here == []
     # A log that changed is analysed again, and its earlier result is history; one that was only touched keeps its row.
     changed, touched = logs / "unit0" / "log00.npy", logs / "unit1" / "log01.npy"
@@ -115,7 +115,7 @@ def test_a_second_run_analyses_nothing_again(undisturbed, logs, here, tmp_path, 
     try:
         changed.write_bytes((logs / "unit2" / "log02.npy").read_bytes())
         touched.touch()
-        known = f"{LOGS + DAMAGED - 2} were in the store ({DAMAGED} of them failed)"
+        known = f"{LOGS + DAMAGED - 2} were in the store (of them {DAMAGED} failed)"
         assert run() == f"2 of 2 logs analysed, {known}\n"
         found = contents(place)
         assert found.keys() == undisturbed.keys()
@@ -125,6 +125,57 @@ def test_a_second_run_analyses_nothing_again(undisturbed, logs, here, tmp_path, 
         assert len(here) == 1
     finally:
         changed.write_bytes(before)
+
+
+def test_a_copy_of_a_log_is_one_run_that_no_later_command_analyses_again(here, tmp_path, capsys):
+    logs, place = make_tables(tmp_path / "logs", 3), tmp_path / "lab.db"
+
+    def run():
+        assert main(["fleet", "analyze", str(logs), "--store", str(place), "--unit-from", "(logs)", "-q"]) == 0
+        return capsys.readouterr().out
+
+    (logs / "first").mkdir()
+    shutil.copy2(logs / "log0.csv", logs / "first" / "log0.csv")
+    assert run() == "4 of 4 logs analysed\n"
+    assert count(place) == 3
+    assert run() == "0 of 0 logs analysed, 4 were in the store\n"
+    shutil.copy(logs / "log1.csv", logs / "again.csv")  # a later copy, and one that is moved
+    assert run() == "1 of 1 logs analysed, 4 were in the store\n"
+    assert run() == "0 of 0 logs analysed, 5 were in the store\n"
+    (logs / "again.csv").rename(logs / "moved.csv")
+    assert run() == "1 of 1 logs analysed, 4 were in the store\n"
+    assert run() == "0 of 0 logs analysed, 5 were in the store\n"
+    assert count(place) == 3
+    shutil.copy(logs / "log2.csv", logs / "moved.csv")  # a copy that becomes another log
+    assert run().startswith("1 of 1")
+    assert run() == "0 of 0 logs analysed, 5 were in the store\n"
+    assert count(place) == 3
+
+
+def test_moving_and_cut_logs_are_counted_and_a_second_run_keeps_their_exit_code(here, tmp_path, capsys):
+    """Equal failures are one line; the largest reason determines the exit code."""
+    logs, place = make_logs(tmp_path / "logs", 2, rows=4000), tmp_path / "lab.db"
+    x = 1e-3 * np.random.default_rng(seed_of("moving log")).standard_normal((4000, 3))
+    np.save(logs / "unit0" / "moving.npy", x + np.sin(np.arange(4000) / 200)[:, None])
+    np.save(logs / "unit0" / "short.npy", x[:300])
+
+    def run(code, *further):
+        assert main(["fleet", "analyze", str(logs), "--store", str(place), *READING, "-q", *further]) == code
+        return capsys.readouterr()
+
+    assert run(5).out == "4 of 4 logs analysed, 2 not at rest or too short to tell\n"
+    assert run(5).out == "0 of 0 logs analysed, 4 were in the store (of them 2 not at rest or too short to tell)\n"
+    for k in range(3):
+        (logs / "unit1" / f"empty{k}.npy").touch()
+    first = run(1)
+    assert (
+        first.out
+        == "0 of 3 logs analysed, 3 failed, 4 were in the store (of them 2 not at rest or too short to tell)\n"
+    )
+    assert first.err == f"sigmatau: {logs / 'unit1' / 'empty0.npy'}: is empty; the same for 2 more logs\n"
+    second = run(1)
+    assert second.out.endswith("7 were in the store (of them 2 not at rest or too short to tell, 3 failed)\n")
+    assert second.err == first.err
 
 
 def test_the_same_relative_path_in_two_folders_is_two_logs(here, tmp_path, monkeypatch):

@@ -77,8 +77,11 @@ def test_moved_log_and_copies_are_no_revisions(place):
     with Store(place) as store:
         taken(store, result(0), "1")
         assert taken(store, result(0), "1", path="old/day1.csv") == Added(known=1)
-        assert taken(store, result(0), "1") == Added(known=1)
-        assert shown(store, history=True) == [("fitted", 1)]
+        assert Stored(store._engine, {}).has(Log(place="day1.csv", size=1, changed="1"))  # moved back, or a copy
+        assert taken(store, result(0), "2") == Added(known=1)
+        assert taken(store, result(1), "3", path="old/day1.csv") == Added(new=1)  # overwritten: the other place stays
+        assert Stored(store._engine, {}).has(Log(place="day1.csv", size=1, changed="2"))
+        assert shown(store) == [("fitted", 1), ("fitted", 1)]
 
 
 def test_time_and_temperature_are_stated_later(place):

@@ -63,6 +63,7 @@ def test_the_previous_version_gets_the_conditions_of_its_results(place):
         with store._engine.connect().execution_options(writes=True) as connection:
             for column in ("supply", "has_curves"):
                 connection.exec_driver_sql(f"ALTER TABLE run DROP COLUMN {column}")
+            connection.exec_driver_sql("DROP TABLE place")
             connection.exec_driver_sql("UPDATE run SET temperature = NULL WHERE temperature < 0")
             connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0003'")
             connection.commit()

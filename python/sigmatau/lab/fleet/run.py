@@ -84,11 +84,13 @@ def cluster(
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with dask.config.set(settings):
         if scheduler is None:
-            address = None if dashboard is None else _dashboard_address(dashboard)
+            # Without an address Dask would serve figures about itself on all interfaces.
+            address = "127.0.0.1:0" if dashboard is None else _dashboard_address(dashboard)
             with contextlib.ExitStack() as stack:
                 with uninterrupted():
                     local = stack.enter_context(LocalCluster(
                         n_workers=workers, threads_per_worker=1, dashboard_address=address,
+                        scheduler_kwargs={"dashboard": dashboard is not None},
                         memory_limit="auto" if memory is None else int(memory), silence_logs=60,
                         preload="sigmatau.lab.fleet.worker", preload_nanny=[],
                     ))  # fmt: skip

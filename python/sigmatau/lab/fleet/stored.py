@@ -47,7 +47,7 @@ class Stored:
         from sigmatau.lab.store.connect import reason
         from sigmatau.lab.store.keeping import lacks_curves
         from sigmatau.lab.store.rows import options_key
-        from sigmatau.lab.store.tables import finding, run
+        from sigmatau.lab.store.tables import finding, place, run
 
         self._engine = engine
         self._mine = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
@@ -65,6 +65,7 @@ class Stored:
         # A finding about the whole record that is an error determines the exit code, see `sigmatau.findings.exit_code`.
         errors = select(run.c.path, run.c.file_version, finding.c.code).join_from(finding, run)
         errors = errors.where(self._mine, finding.c.severity == "error", finding.c.channels == "")
+        copies = select(place.c.path, place.c.file_version, run.c.state).join_from(place, run).where(self._mine)
         self._runs: dict[str, list[tuple[str, str]]] = {}
         self._stated: dict[str, list[tuple[int, dict[str, Any]]]] = {}
         self._messages: dict[tuple[str, str], str] = {}  # of failures, by place and version
@@ -82,6 +83,8 @@ class Stored:
                     self._runs.setdefault(path, []).append((version, state))
                     stated = {"recorded": recorded, "temperature": temperature, "supply": supply}
                     self._stated.setdefault(path, []).append((key, stated))
+                for path, version, state in connection.execute(copies):
+                    self._runs.setdefault(path, []).append((version, state))
                 for path, version, code in connection.execute(errors):
                     self._errors.setdefault((path, version), set()).add(code)
         except SQLAlchemyError as error:

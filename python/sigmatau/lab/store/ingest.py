@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -119,9 +120,16 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
     now = datetime.now(UTC).replace(tzinfo=None)
     runs: dict[tuple[str, int], dict[str, Any]] = {}
     results, replaced, updated = [], set(), 0
+    places: list[
+        tuple[str, int | None, str, str]
+    ] = []  # identity and key of runs, further paths, versions of the files
     for rows_ in chunk:
         last = last_revisions.get(rows_.identity, _NONE)
         if last.has(rows_):
+            if rows_.run["file_version"] and last.path != rows_.run["path"]:
+                is_moved = last.id is not None and last.has_moved(rows_)
+                further = (last.path, last.version) if is_moved else (rows_.run["path"], rows_.run["file_version"])
+                places.append((rows_.identity, last.id, *further))
             if last.id is not None and (news := last.news(rows_)):
                 connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
                 if "has_curves" in news:
@@ -148,8 +156,23 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
         connection.execute(insert(tables.run), rows)
         _add_contents(connection, ids, results)
         _replace_failed(connection, rows)
+    _add_places(connection, places, {row["identity"]: row["id"] for row in rows} if runs else {})
     new = sum(revision == 1 for _, revision in runs)
     return Added(new=new, revised=len(runs) - new, updated=updated, known=len(chunk) - len(runs) - updated)
+
+
+def _add_places(
+    connection: Connection, places: Iterable[tuple[str, int | None, str, str]], new: Mapping[str, int]
+) -> None:
+    """Add further places of the logs of runs, with the keys of the `new` runs by identity."""
+    from sqlalchemy import delete, insert
+
+    from sigmatau.lab.store.tables import place
+
+    versions = {(new[each] if key is None else key, path): version for each, key, path, version in places}
+    for (key, path), version in versions.items():
+        connection.execute(delete(place).where(place.c.run_id == key, place.c.path == path))
+        connection.execute(insert(place).values(run_id=key, path=path, file_version=version))
 
 
 def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> None:
@@ -189,12 +212,17 @@ class _Last:
         back = not self.current and rows.run["file_version"]
         return bool(self.revision and self.digest == rows.packed.digest and not back)
 
+    def has_moved(self, rows: Rows) -> bool:
+        """Whether the log was moved, or is an object; otherwise another file is a copy of it."""
+        return self.path != rows.run["path"] and not os.path.exists(self.path)  # noqa: PTH110  may be a URL
+
     def news(self, rows: Rows) -> dict[str, Any]:
         """Changed facts about the same log: its place, its time of change, stated facts about its run, and curves that
         were not kept before.
         """
         changes: dict[str, Any] = {}
-        if rows.run["file_version"] and (self.path, self.version) != (rows.run["path"], rows.run["file_version"]):
+        is_touched = self.path == rows.run["path"] and self.version != rows.run["file_version"]
+        if rows.run["file_version"] and (is_touched or self.has_moved(rows)):
             changes = {key: rows.run[key] for key in ("path", "file_version", "name")}
         for key in _STATED:
             before = getattr(self, key)

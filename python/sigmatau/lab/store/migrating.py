@@ -20,11 +20,12 @@ _COLUMNS = {"supply": "FLOAT", "has_curves": "BOOLEAN"}  # of `run`, that versio
 
 
 def update_tables(connection: Connection) -> None:
-    """Add the columns of version 0004, and fill them from the results, in the transaction of the connection."""
+    """Add the table and the columns of version 0004, filled from the results, in the transaction of the connection."""
     from sqlalchemy import func, insert, select, update
 
-    from sigmatau.lab.store.tables import VERSION, result, run, version
+    from sigmatau.lab.store.tables import VERSION, place, result, run, version
 
+    place.create(connection)
     for name, kind in _COLUMNS.items():
         connection.exec_driver_sql(f"ALTER TABLE run ADD COLUMN {name} {kind}")
     keys = list(connection.scalars(select(run.c.id).order_by(run.c.id)))

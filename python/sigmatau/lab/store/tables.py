@@ -92,6 +92,15 @@ run: Table = Table(
     Index(None, "options_key"),
 )
 
+place: Table = Table(
+    "place",
+    metadata,
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("path", Text, primary_key=True),  # of a copy of the log, or where the log was before
+    Column("file_version", String(200), nullable=False),  # as in `run`
+)
+"""Further places of the logs of runs. A fleet does not analyse a copy again."""
+
 result: Table = Table(
     "result",
     metadata,

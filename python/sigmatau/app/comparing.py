@@ -41,6 +41,11 @@ def compared(*, analyses: Sequence[bytes], sources: Sequence[Source], progress: 
     sums = [result.source.sha256 for result in results if result.source.sha256 is not None]
     differences = term_differences(*results) if len(results) == 2 else ()
     compared_values = sum(each.value is not None for each in differences)
+    without_curves = [
+        f"no curve of {name}: its Allan deviations were not kept in the store"
+        for name, result in zip(unique, results, strict=True)
+        if not any(len(curve.tau) for curve in result.curves.values())
+    ]
     content = {
         "names": unique,
         "curves": curves,
@@ -51,7 +56,7 @@ def compared(*, analyses: Sequence[bytes], sources: Sequence[Source], progress: 
         "same_log": any(sums.count(checksum) > 1 for checksum in sums),
         "text": overview(comparison),
         "tables": tables(comparison),
-        "unused": [printable(line) for line in unused_lines(comparison)],
+        "unused": [printable(line) for line in (*unused_lines(comparison), *without_curves)],
         "command": "\n".join(map(printable, commands(sources, by="axis" if is_mixed else None))),
     }
     return json.dumps(content, default=str)

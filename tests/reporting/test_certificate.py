@@ -130,7 +130,7 @@ class TestFile:
             ),
             ("^received = .*", "received = 2027-05-04", "measurement.date, 2026-05-07, is before instrument.received"),
             ("^\\[customer\\]", "[customer", "not TOML"),
-            ('^logo = "logo.svg"', 'logo = "absent.png"', "No such file"),
+            ('^logo = "logo.svg"', 'logo = "absent.png"', "absent.png: the logo does not exist"),
         ],
     )
     def test_wrong_values(self, old, new, reason, lab):
@@ -139,6 +139,19 @@ class TestFile:
 
     def test_a_test_report_needs_no_traceability(self, lab):
         assert read_certificate(lab(without("kind"), without("traceability"))).text("report", "kind") == ""
+
+    def test_a_missing_file(self, tmp_path):
+        with pytest.raises(DataError, match=r"lab.toml: does not exist; docs/how-to/certificate.md has an example"):
+            read_certificate(tmp_path / "lab.toml")
+
+    def test_of_a_unit(self, lab):
+        with pytest.raises(DataError, match=r"instrument.serial of a lot is the name of each unit; leave it out"):
+            read_certificate(lab(), each_unit=True)
+        file = read_certificate(lab(without("serial")), each_unit=True)
+        unit = file.of_unit("SN7\n")
+        assert (unit.text("instrument", "serial"), unit.text("report", "number")) == ("SN7\\n", "2026-0042-SN7\\n")
+        assert unit.text("instrument", "model") == file.text("instrument", "model")
+        assert file.text("instrument", "serial") == ""
 
     def test_a_large_file(self, lab):
         with pytest.raises(DataError, match="64 KiB"):
@@ -194,6 +207,15 @@ class TestFacts:
         with pytest.raises(DataError, match=r"2026-05-09 is not that of the log, 2026-05-07"):
             st.certify(analysis, lab(("^date = .*", "date = 2026-05-09"), without("issued")))
 
+    def test_a_log_after_the_issue(self, analysis, lab):
+        with pytest.raises(DataError, match=r"report.issued, 2026-05-04, is before the date of the log, 2026-05-07"):
+            st.certify(analysis, lab(without("date"), without("received"), ("^issued = .*", "issued = 2026-05-04")))
+
+    def test_the_day_in_the_name_of_a_log_without_dates(self, analysis, lab):
+        bare = dataclasses.replace(analysis.source, started=None, path="2025/SN7_2026-05-06.csv")
+        made = facts(st.certify(dataclasses.replace(analysis, source=bare), lab(without("date"))))
+        assert made["Measurement.Measured"] == "2026-05-06 (by the name of the log)"
+
     def test_the_day_of_the_analysis_is_only_that_of_issue(self, analysis, lab):
         made = facts(st.certify(analysis, lab(without("issued")), date=datetime(2027, 1, 2, tzinfo=UTC)))
         assert [label for label, text in made.items() if "2027" in text] == ["Method.Issued"]
@@ -241,6 +263,15 @@ class TestDecision:
     def test_unknown_specification(self, analysis, lab):
         with pytest.raises(DataError, match="neither a file beside it nor in"):
             st.certify(analysis, lab(('^specification = "spec.toml"', 'specification = "absent"')))
+
+    def test_a_specification_of_the_current_folder_is_not_used(self, analysis, lab, tmp_path, monkeypatch):
+        (tmp_path / "here").mkdir()
+        (tmp_path / "here" / "other.toml").write_text(SPEC)
+        monkeypatch.chdir(tmp_path / "here")
+        for name in ("other.toml", "x" * 300 + ".toml"):
+            file = lab(('^specification = "spec.toml"', f'specification = "{name}"'))
+            with pytest.raises(DataError, match="neither a file beside it nor in"):
+                st.certify(analysis, file)
 
 
 @pytest.fixture(scope="module")
@@ -293,6 +324,8 @@ class TestPages:
         (["--certificate", "lab.toml", "--report", "r.html", "--joint-axes"], "--certificate is for one log"),
         (["--certificate", "lab.toml", "--report", "reports", "--jobs", "2"], "--certificate is for one log"),
         (["--certificate", "lab.toml", "--report", "r.html", "--export", "model=lab.toml"], "the file that is read"),
+        (["--certificate", "lab.toml", "--report", "r.html", "--export", "model=spec.toml"], "the file that is read"),
+        (["--certificate", "lab.toml", "--report", "r.html", "--plot", "logo.svg"], "the file that is read"),
     ],
 )
 def test_options(words, reason, lab, tmp_path, monkeypatch, capsys):
@@ -300,4 +333,29 @@ def test_options(words, reason, lab, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.csv").write_text("gyro_x [rad/s]\n1\n")
     assert main(["analyze", "x.csv", *words]) == 2
+    assert reason in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ('^rule = "guard band"', 'rule = "lenient"', "lab.toml: decision.rule 'lenient' must be"),
+        ('^specification = "spec.toml"', 'specification = "absent"', "lab.toml: decision.specification 'absent' is"),
+        ("^factor = 1.5", "", "lab.toml: Unit 7 states no maximum; state one, or decision.factor"),
+        ("^temperature = .*", "", "lab.toml: lacks measurement.temperature, and the log has no thermometer"),
+        ("^date = .*", "", "lab.toml: lacks measurement.date, and the log has no date"),
+    ],
+)
+def test_errors_come_before_the_analysis(old, new, reason, lab, tmp_path, monkeypatch, capsys):
+    lab((old, new))
+    monkeypatch.chdir(tmp_path)
+    if old.startswith("^factor"):
+        (tmp_path / "spec.toml").write_text(SPEC.replace("maximum", "typical"))
+    (tmp_path / "x.csv").write_text("gyro_x [rad/s]\n" + "1\n2\n" * 2000)
+
+    def analyze(*_, **__):
+        raise AssertionError
+
+    monkeypatch.setattr("sigmatau.cli.analyze.analyze", analyze)
+    assert main(["analyze", "x.csv", "--rate", "10", "--certificate", "lab.toml", "--report", "r.html"]) == 1
     assert reason in capsys.readouterr().err

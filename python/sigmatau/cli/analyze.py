@@ -211,9 +211,12 @@ def _certificate(file: Path, report: Path | None, *, several: bool) -> Certifica
         raise OptionError("--certificate needs --report r.pdf or --report r.html", option="certificate")
     if several:
         raise OptionError("--certificate is for one log, without --joint and --joint-axes", option="certificate")
+    from sigmatau.lab.pages.certify import check_certificate
     from sigmatau.reporting.certificate_file import read_certificate
 
-    return read_certificate(file)
+    facts = read_certificate(file)
+    check_certificate(facts)
+    return facts
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
@@ -241,6 +244,7 @@ def _analyze_log(
         record = read_log(log, reading, quiet=quiet)
         check_shown(channel_quantities(record))
         exports.check_record(record)
+        outputs.check_record(record)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
         if outputs.json is not None or outputs.report is not None:
             with suppress(RuntimeError):  # if no thread can start, the checksum is computed when it is written

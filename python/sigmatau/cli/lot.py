@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -17,20 +17,27 @@ from sigmatau.analysis import Analysis, FailedAnalysis, analyze
 from sigmatau.cli import batch
 from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect as expect_files
+from sigmatau.cli.lot_places import expected_units, gather_units, may_be_a_unit, units_in_paths
+from sigmatau.cli.lot_reports import (
+    UnitReports,
+    open_reports,
+    protect,
+    read_unit_certificate,
+    refusal_lines,
+    unjudged_line,
+)
 from sigmatau.cli.options import (
     check_folder,
     check_output,
     command_line,
     json_text,
     matched,
-    refuse_same,
     say,
     working,
     write_json,
 )
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.folders import gather, is_empty, is_log, skipped_lines
 from sigmatau.io.written import is_result
 from sigmatau.lab.datasheets.compare import check_options
 from sigmatau.lab.datasheets.sheet import Datasheet
@@ -40,19 +47,17 @@ from sigmatau.lab.lots.lot import check_choices, examine, judge_lot
 from sigmatau.lab.lots.lot_result import Lot
 from sigmatau.lab.lots.lot_screen import screen
 from sigmatau.lab.lots.lot_unit import UnitResult, without_result
-from sigmatau.lab.lots.reading import natural_order
-from sigmatau.lab.lots.unit_pattern import FOLDER, check_unit_pattern, unit_in_path
+from sigmatau.lab.lots.unit_pattern import FOLDER, check_unit_pattern
 from sigmatau.lab.pages.lot_report import LOT_ENDINGS, lot_report
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
-from sigmatau.reporting.report import report
 from sigmatau.results import printable
 
 if TYPE_CHECKING:
     from sigmatau.cli.store import Choice
 
 _MAX_JOBS = 4  # largest default number of processes; each holds a record in memory
-_LARGEST_LIST = 1 << 20  # largest size of a list of units [bytes]
+_UNUSABLE = 1  # exit code if all units passed, but some have no certificate
 _USAGE_ERRORS = 2  # number of first logs that are reported as one error if none can be read because of an option
 
 
@@ -65,6 +70,7 @@ def lot_command(
     output: Annotated[list[Path] | None, Parameter(name=["--output", "-o"], negative=())] = None,
     results: Path | None = None,
     reports: Path | None = None,
+    certificate: Path | None = None,
     decimal_comma: Annotated[bool, Parameter(negative=())] = False,
     level: float = 0.95,
     factor: float | None = None,
@@ -107,6 +113,9 @@ def lot_command(
         Folder for the result of each unit, as analyze --json writes it.
     reports
         Folder for the report of each log, as analyze --report writes it; the page of the lot links to them.
+    certificate
+        Facts for page 1 of the report of each unit, which a laboratory signs by ISO/IEC 17025, from a TOML file as of
+        analyze --certificate, without the serial number. --reports then has a .pdf for each unit. Default: no such page.
     decimal_comma
         Write .csv with decimal commas, and semicolons between the columns.
     level
@@ -159,6 +168,8 @@ def lot_command(
         raise OptionError("--results keeps the results of logs; the store has its own", option="results")
     if store is not None and reports is not None:
         raise OptionError("--reports needs logs; a store has only results", option="reports")
+    if store is not None and certificate is not None:
+        raise OptionError("--certificate needs logs; a store has only results", option="certificate")
     if not units and store is None:
         raise OptionError("name the logs or results of the units, or a folder of them", option="units")
     if jobs is not None and jobs < 1:
@@ -167,9 +178,12 @@ def lot_command(
     check_choices(undecided, fail_on, accepted)
     check_options(level=level, factor=factor, sided=sided, bias=bias)
     sheet = None if spec is None else find_datasheet(spec)
-    expected = None if expect is None else _expected(expect)
+    expected = None if expect is None else expected_units(expect)
     options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
+    facts = read_unit_certificate(certificate, reports=reports, unit_from=unit_from, sheet=sheet)
     outputs = _outputs(output or [])
+    pages: UnitReports | None = None
+    refusals: dict[str, str] = {}
     logs: list[Path] = []
     files: list[Path] = []
     if store is not None:
@@ -180,25 +194,26 @@ def lot_command(
         units_examined = _stored(store, choice, sheet, options)
         order = [*units_examined]
     else:
-        places = matched(units, keep=_may_be_a_unit, quiet=quiet)
-        logs, files = _gather(places, expecting=expected is not None, quiet=quiet)
-        for path in outputs:
-            for place in (*logs, *files):
-                refuse_same(place, output=path)
+        places = matched(units, keep=may_be_a_unit, quiet=quiet)
+        logs, files = gather_units(places, expecting=expected is not None, quiet=quiet)
+        listed = [] if expect is None or isinstance(expected, int) else [Path(expect)]
+        protect(outputs, *logs, *files, *listed, *(() if facts is None else facts.files))
         expect_files(*outputs)
         names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
         names |= {file: names[file].removesuffix(".json") for file in files}
         if len({*names.values()}) < len(names):
             names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
         if unit_from is not None:
-            names = _units_in_paths([*logs, *files], unit_from)
+            names = units_in_paths([*logs, *files], unit_from)
         if results is not None:
             _prepare(results, {names[log] for log in logs}, quiet=quiet)
-        if reports is not None:
-            check_folder(reports, "reports")
-            expect_files(*(reports / f"{names[log]}.html" for log in logs))
+        pages = open_reports(reports, facts, results=files)
+        if pages is not None:
+            expect_files(*(pages.place(names[log]) for log in logs))
         readings = assign_readings(reading, logs, [place for place in places if place in logs])
-        units_examined = _analysed(logs, names, readings, sheet, options, results, reports, jobs=jobs, quiet=quiet)
+        units_examined, refusals = _analysed(
+            logs, names, readings, sheet, options, results, pages, jobs=jobs, quiet=quiet
+        )
         for file in files:
             units_examined[names[file]] = examine(file, sheet, name=names[file], **options)
         order = [names[place] for place in (*logs, *files)]
@@ -218,29 +233,17 @@ def lot_command(
         )
     if lot.bands:
         check_shown({band.channel: (band.quantity, band.unit) for band in lot.bands})
+    # A page of an earlier run is not that of a log that failed now.
+    written = {names[log] for log in logs if not units_examined[names[log]].error} - {*refusals}
     for path in outputs:
         with working(f"writing {path}", quiet=quiet):
-            links = {} if reports is None else _links({names[log] for log in logs}, reports, path.parent)
+            links = {} if pages is None else pages.links(written, path)
             lot_report(lot, path, command=command_line(), reports=links, decimal_comma=decimal_comma)
     sys.stdout.write(json_text(lot.to_dict()) if json else f"{_text(lot, verbose=verbose)}\n")
-    return lot.exit_code
-
-
-def _units_in_paths(places: Sequence[Path], expression: str) -> dict[Path, str]:
-    """The units of ``--unit-from`` by log; each has one log."""
-    names: dict[Path, str] = {}
-    for place in places:
-        path = place.absolute()
-        name = path.parent.name if expression == FOLDER else unit_in_path(expression, str(path))
-        if not name:
-            raise OptionError(f"{place}: --unit-from {expression!r} finds no unit in the path", option="unit_from")
-        earlier = next((log for log, unit in names.items() if unit == name), None)
-        if earlier is not None:
-            raise OptionError(
-                f"{place}: unit {name} also has the log {earlier}; give one log of each unit", option="unit_from"
-            )
-        names[place] = name
-    return names
+    if facts is not None:
+        for line in (*refusal_lines(refusals), *unjudged_line(lot, refusals)):
+            say(line, quiet=quiet)
+    return lot.exit_code or (_UNUSABLE if refusals else 0)
 
 
 def _stored(place: str, choice: Choice, sheet: Datasheet | None, options: Mapping[str, Any]) -> dict[str, UnitResult]:
@@ -272,91 +275,12 @@ def _text(lot: Lot, *, verbose: bool) -> str:
     return text
 
 
-def _expected(text: str) -> int | list[str]:
-    """Parse the option ``--expect``: a number, or the names in a file."""
-    if re.fullmatch(r"[+-]?\d+", text):
-        return int(text)
-    path = Path(text)
-    try:
-        with path.open("rb") as file:
-            raw = file.read(_LARGEST_LIST + 1)
-        if len(raw) > _LARGEST_LIST:
-            raise DataError(f"{path}: not a list of units: more than {_LARGEST_LIST >> 20} MiB")
-        lines = [line.strip() for line in raw.decode("utf-8-sig").splitlines()]
-    except FileNotFoundError:
-        raise OptionError(
-            f"--expect {text}: must be a number of units, or the name of a file with one unit in each line",
-            option="expect",
-        ) from None
-    except OSError as error:
-        raise DataError(f"{path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: not a list of units: not text in UTF-8") from None
-    names = [line for line in lines if line and not line.startswith("#")]
-    if not names:
-        raise DataError(f"{path}: names no unit; write one in each line")
-    return names
-
-
 def _outputs(paths: Sequence[Path]) -> list[Path]:
     for path in paths:
         check_output(path, LOT_ENDINGS, "output")
     if len({path.resolve() for path in paths}) < len(paths):
         raise OptionError("--output names a file twice", option="output")
     return list(paths)
-
-
-def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[list[Path], list[Path]]:
-    """Collect logs and results. A folder with logs contributes its logs; a folder without logs, its results."""
-    logs: list[Path] = []
-    files: list[Path] = []
-    for place in places:
-        if place.suffix.lower() == ".json" and not place.is_dir():
-            files.append(place)
-            continue
-        try:
-            folder_logs, skipped = gather([place])
-        except DataError:
-            inside = _results(place)
-            if not inside and not (expecting and place.is_dir() and os.access(place, os.R_OK)):
-                raise
-            files += inside
-            continue
-        logs += sorted(folder_logs, key=_by_number)
-        if place.is_dir() and all(map(is_empty, folder_logs)):  # the records are missing; results may be there
-            files += _results(place)
-        for line in skipped_lines([file for file in skipped if file not in files]):
-            say(line, quiet=quiet)
-    for kind in (logs, files):
-        twice = next((place for place in kind if kind.count(place) > 1), None)
-        if twice is not None:
-            raise OptionError(f"{twice} is given twice", option="units")
-    return logs, files
-
-
-def _results(folder: Path) -> list[Path]:
-    """Results of units in a folder, in natural order."""
-    inside = sorted(folder.glob("*.json"), key=_by_number) if folder.is_dir() else []
-    return [file for file in inside if file.is_file() and not file.name.startswith(".") and _is_unit(file)]
-
-
-def _may_be_a_unit(file: Path) -> bool:
-    """Whether a file of a pattern is a log or a result."""
-    return file.suffix.lower() == ".json" or is_log(file)
-
-
-def _is_unit(file: Path) -> bool:
-    """Whether a JSON file is the result of a unit, not of a lot."""
-    try:
-        with file.open("rb") as stream:
-            return re.match(rb'\s*\{\s*"lot":', stream.read(64)) is None
-    except OSError:
-        return True
-
-
-def _by_number(path: Path) -> list[tuple[int, str]]:
-    """Sort key by which unit 2 comes before unit 10."""
-    return natural_order(str(path))
 
 
 def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
@@ -379,32 +303,37 @@ def _analysed(
     sheet: Datasheet | None,
     options: Mapping[str, Any],
     results: Path | None,
-    reports: Path | None,
+    pages: UnitReports | None,
     *,
     jobs: int | None,
     quiet: bool,
-) -> dict[str, UnitResult]:
-    """Analyse the logs, and compare each with the specification.
+) -> tuple[dict[str, UnitResult], dict[str, str]]:
+    """Analyse the logs, and compare each with the specification; and why units have no certificate.
 
     Raises `OptionError` if the first logs cannot be read because of an option.
     """
     if not logs:
-        return {}
+        return {}, {}
     parallel = min(jobs or min(os.cpu_count() or 1, _MAX_JOBS), len(logs))
     threads = max((os.cpu_count() or 1) // parallel, 1)
-    pages = {} if reports is None else {log: reports / f"{names[log]}.html" for log in logs}
-    work = partial(_work, readings=readings, pages=pages, command=command_line(), threads=threads)
-    keep = partial(_keep, names=dict(names), sheet=sheet, options=dict(options), results=results)
+    work = partial(_work, readings=readings, names=dict(names), pages=pages, threads=threads)
+    keep = partial(_keep, names=dict(names), sheet=sheet, options=dict(options), results=results, pages=pages)
     outcomes: dict[Path, batch.LogOutcome] = {}
     with working(f"analysing {len(logs)} units", quiet=quiet) as done:
         for outcome in batch.run(logs, work, jobs=parallel, keep=keep):
             outcomes[outcome.log] = outcome
             _refuse_missing_option(logs, outcomes)
+            if pages is not None:
+                pages.refuse_file(
+                    [each.extract.refusal for each in outcomes.values() if isinstance(each.extract, _Kept)]
+                )
             if outcome.error and results is not None:
                 file = results / f"{names[outcome.log]}.json"
                 write_json(FailedAnalysis.of(outcome.error, str(outcome.log)).to_dict(), file)
             done(len(outcomes) / len(logs))
-    return {names[log]: _examined(outcomes[log]) for log in logs}
+    extracts = {names[log]: outcomes[log].extract for log in logs}
+    refusals = {unit: part.refusal for unit, part in extracts.items() if isinstance(part, _Kept) and part.refusal}
+    return {names[log]: _examined(outcomes[log]) for log in logs}, refusals
 
 
 def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.LogOutcome]) -> None:
@@ -422,24 +351,31 @@ def _examined(outcome: batch.LogOutcome) -> UnitResult:
     if outcome.error:
         path = str(outcome.log)
         return without_result(outcome.error.without(path), path=path, absent=not outcome.log.exists())
-    assert isinstance(outcome.extract, UnitResult)
-    return outcome.extract
+    assert isinstance(outcome.extract, _Kept)
+    return outcome.extract.unit
 
 
 def _work(
-    log: Path, *, readings: Mapping[Path, ReadingOptions], pages: Mapping[Path, Path], command: str, threads: int
+    log: Path,
+    *,
+    readings: Mapping[Path, ReadingOptions],
+    names: Mapping[Path, str],
+    pages: UnitReports | None,
+    threads: int,
 ) -> Analysis:
     record = read_log(log, readings[log], quiet=True)
     analysis = analyze(record, threads=threads)
-    if log in pages:
-        report(analysis, pages[log], record=record, command=command)
+    if pages is not None:
+        pages.write(names[log], analysis, record)
     return analysis
 
 
-def _links(units: Iterable[str], reports: Path, folder: Path) -> dict[str, str]:
-    """Addresses of the reports of units, relative to the folder of the page; a log that cannot be used has none."""
-    pages = {unit: reports / f"{unit}.html" for unit in units}
-    return {unit: Path(os.path.relpath(page, folder)).as_posix() for unit, page in pages.items() if page.is_file()}
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Kept:
+    """The part of an analysis that is returned to this process."""
+
+    unit: UnitResult
+    refusal: str  # why the unit has no certificate; empty if it has one
 
 
 def _keep(
@@ -450,7 +386,9 @@ def _keep(
     sheet: Datasheet | None,
     options: Mapping[str, Any],
     results: Path | None,
-) -> UnitResult:
+    pages: UnitReports | None,
+) -> _Kept:
     if results is not None:
         write_json(analysis.to_dict(), results / f"{names[log]}.json")
-    return examine(analysis, sheet, name=printable(names[log]), **options)
+    unit = examine(analysis, sheet, name=printable(names[log]), **options)
+    return _Kept(unit=unit, refusal="" if pages is None else pages.refusal(names[log], analysis))

@@ -53,8 +53,15 @@ class Outputs:
         """Check all files of a command, before a log is read."""
         named = {f"export {name}": path for name, path in exports.files.items()}
         curves = {} if self.csv is None else {"csv curves": curves_path(self.csv)}
-        read = [] if self.certificate is None else [self.certificate.path]
+        read = () if self.certificate is None else self.certificate.files
         check_outputs([*logs, *read], **self.files, **named, **curves)
+
+    def check_record(self, record: Record) -> None:
+        """Raise the errors of the certificate, before the analysis."""
+        if self.certificate is not None:
+            from sigmatau.lab.pages.certify import check_certificate
+
+            check_certificate(self.certificate, record)
 
     def inside(self, name: str) -> Outputs:
         """Output files of one log in the folders for several logs."""

@@ -79,10 +79,12 @@ def fill_certificate(
     analysis: Analysis,
     *,
     issued: str,
+    named: str = "",
     decision: Sequence[tuple[str, str]] = (),
     limits: Sequence[LimitRow] = (),
 ) -> Certificate:
-    """The first page of the report of an analysis. Date and temperature come from the file, or else from the log.
+    """The first page of the report of an analysis. Date and temperature come from the file, or else from the log; the
+    date at last from the name of the log.
 
     Parameters
     ----------
@@ -90,6 +92,8 @@ def fill_certificate(
     analysis : Analysis
     issued : str
         Date of the report, if the file states none.
+    named : str
+        Day in the name of the log, for a log without dates.
     decision : sequence of (str, str)
         Headings and paragraphs about the decision rule.
     limits : sequence of LimitRow
@@ -103,7 +107,8 @@ def fill_certificate(
     DataError
         If neither the file nor the log states the date or the temperature, or if their dates contradict each other.
     """
-    measured, temperature = _date(file, analysis), _temperature(file, analysis)
+    check_stated(file, analysis.source.started, named, has_thermometer=analysis.source.temperature is not None)
+    measured, temperature = _date(file, analysis, named), _temperature(file, analysis)
     kind = (file.text("report", "kind") or TEST).lower()
     laboratory = [file.text("laboratory", name) for name in ("name", "address", "accreditation")]
     record = [("Measured", measured), *_listed(file, "measurement", ("place",)), ("Temperature", temperature)]
@@ -157,26 +162,51 @@ def _listed(file: CertificateFile, table: str, names: Sequence[str] | None = Non
     return [(FIELDS[table][name].label, file.text(table, name)) for name in keys if file.text(table, name)]
 
 
-def _date(file: CertificateFile, analysis: Analysis) -> str:
-    stated, started = file.text("measurement", "date"), analysis.source.started
-    if not stated and started is None:
+def check_stated(file: CertificateFile, started: str | None, named: str, *, has_thermometer: bool) -> None:
+    """Raise `DataError` unless the file or the log states date and temperature, and the dates agree.
+
+    Parameters
+    ----------
+    file : CertificateFile
+    started : str or None
+        Time of the first sample by the log, as in ISO 8601.
+    named : str
+        Day in the name of the log; empty without one.
+    has_thermometer : bool
+        Whether the log has a temperature.
+
+    Raises
+    ------
+    DataError
+    """
+    stated = file.text("measurement", "date")
+    if not (stated or started or named):
         raise DataError("lacks measurement.date, and the log has no date; add it").about(str(file.path))
-    if not stated and started is not None:
-        return f"{started[:10]} {started[11:16]} (by the log)"
-    if started is not None:
+    if stated and started is not None:
         days = abs((date.fromisoformat(stated[:10]) - date.fromisoformat(started[:10])).days)
         if days > _MOST_DAYS:
             raise DataError(
                 f"measurement.date {stated[:10]} is not that of the log, {started[:10]}; correct it, or leave it out"
             ).about(str(file.path))
-        return f"{stated} (log: {started[:10]} {started[11:16]})"
-    return stated
+    issued, day = file.text("report", "issued")[:10], stated or (started or "")[:10]
+    if issued and day and (date.fromisoformat(day[:10]) - date.fromisoformat(issued)).days > _MOST_DAYS:
+        raise DataError(f"report.issued, {issued}, is before the date of the log, {day[:10]}; correct it").about(
+            str(file.path)
+        )
+    if not file.text("measurement", "temperature") and not has_thermometer:
+        raise DataError("lacks measurement.temperature, and the log has no thermometer; add it").about(str(file.path))
+
+
+def _date(file: CertificateFile, analysis: Analysis, named: str) -> str:
+    stated, started = file.text("measurement", "date"), analysis.source.started
+    by_log = "" if started is None else f"{started[:10]} {started[11:16]}"
+    if not stated:
+        return f"{by_log} (by the log)" if by_log else f"{named} (by the name of the log)"
+    return f"{stated} (log: {by_log})" if by_log else stated
 
 
 def _temperature(file: CertificateFile, analysis: Analysis) -> str:
     stated, measured = file.text("measurement", "temperature"), analysis.source.temperature
-    if not stated and measured is None:
-        raise DataError("lacks measurement.temperature, and the log has no thermometer; add it").about(str(file.path))
     sensor = "" if measured is None else f"{measured.mean:.1f} °C, {measured.low:.1f} to {measured.high:.1f} °C"
     if not stated:
         return f"{sensor} (sensor, by the log)"

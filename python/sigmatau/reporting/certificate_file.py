@@ -7,16 +7,17 @@ from __future__ import annotations
 
 import difflib
 import itertools
+import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from datetime import date, datetime
 from pathlib import Path
 from typing import Any, Literal
 
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.reporting.logo import Logo, read_logo
+from sigmatau.reporting.logo import Logo, read_logo, why_unreadable
 from sigmatau.results import printable
 
 _LARGEST = 1 << 16  # of the file [bytes]
@@ -99,6 +100,7 @@ FIELDS: Mapping[str, Mapping[str, Field]] = {
 }
 """All keys of the file by table. The table ``decision`` may be absent; if it is there, its required keys are needed."""
 
+_OF_UNIT = "instrument.serial"  # the key that a lot fills
 _OPTIONAL_TABLES = ("decision",)
 _DAY = len("2026-05-04")  # characters of the day of a date
 
@@ -138,13 +140,46 @@ class CertificateFile:
         """
         return self.texts.get(table, {}).get(name, "")
 
+    def of_unit(self, unit: str) -> CertificateFile:
+        """The file for a unit of a lot: its serial number, and the number of its report.
 
-def read_certificate(path: str | Path) -> CertificateFile:
+        Parameters
+        ----------
+        unit : str
+            Serial number.
+
+        Returns
+        -------
+        CertificateFile
+        """
+        serial = printable(unit)
+        added = {"instrument": {"serial": serial}, "report": {"number": f"{self.text('report', 'number')}-{serial}"}}
+        texts = {table: {**names, **added.get(table, {})} for table, names in self.texts.items()}
+        return replace(self, texts=texts)
+
+    @property
+    def specification(self) -> Path:
+        """The place of the specification, if it is a file and not a name of the library."""
+        return self.path.parent / self.text("decision", "specification")
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that are read: this one, its logo and its specification."""
+        logo = self.text("laboratory", "logo")
+        files = [self.path, *([self.path.parent / logo] if logo else [])]
+        if os.path.isfile(self.specification):  # noqa: PTH113  False for a name that is too long
+            files.append(self.specification)
+        return tuple(files)
+
+
+def read_certificate(path: str | Path, *, each_unit: bool = False) -> CertificateFile:
     """Read ``lab.toml``.
 
     Parameters
     ----------
     path : str or Path
+    each_unit : bool
+        Whether it is for all units of a lot, which have their own serial numbers, see `CertificateFile.of_unit`.
 
     Returns
     -------
@@ -157,9 +192,11 @@ def read_certificate(path: str | Path) -> CertificateFile:
     """
     file = Path(path)
     content = _content(file)
-    problems = [*_unknown(content), *_missing(content)]
+    problems = [*_unknown(content), *_missing(content, except_for=_OF_UNIT if each_unit else "")]
     if problems:
         raise DataError("; ".join(problems)).about(str(file))
+    if each_unit and "serial" in content["instrument"]:
+        raise DataError(f"{_OF_UNIT} of a lot is the name of each unit; leave it out").about(str(file))
     texts = {
         table: {name: _text(table, name, value, file) for name, value in values.items() if name != "factor"}
         for table, values in content.items()
@@ -192,7 +229,9 @@ def _content(file: Path) -> dict[str, Any]:
         with file.open("rb") as stream:
             raw = stream.read(_LARGEST + 1)
     except OSError as error:
-        raise DataError(error.strerror or str(error)).about(str(file)) from None
+        raise DataError(f"{why_unreadable(error)}; docs/how-to/certificate.md has an example").about(
+            str(file)
+        ) from None
     if len(raw) > _LARGEST:
         raise DataError(f"more than {_LARGEST >> 10} KiB; this is no certificate file").about(str(file))
     try:
@@ -222,13 +261,13 @@ def _unknown(content: Mapping[str, Any]) -> list[str]:
     return [f"unknown key {', '.join(words)}"] if words else []
 
 
-def _missing(content: Mapping[str, Any]) -> list[str]:
+def _missing(content: Mapping[str, Any], *, except_for: str) -> list[str]:
     missing = [
         f"{table}.{name}"
         for table, names in FIELDS.items()
         if table in content or table not in _OPTIONAL_TABLES
         for name, about in names.items()
-        if about.required and _is_blank(content.get(table, {}).get(name))
+        if about.required and _is_blank(content.get(table, {}).get(name)) and f"{table}.{name}" != except_for
     ]
     return [f"lacks {', '.join(missing)}"] if missing else []
 

@@ -41,13 +41,18 @@ class Logo:
         return f"data:{mime};base64,{base64.b64encode(self.content).decode('ascii')}"
 
 
+def why_unreadable(error: OSError) -> str:
+    """Words for a file that cannot be opened."""
+    return "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror or error}"
+
+
 def read_logo(path: Path) -> Logo:
     """Read a logo. Raises `DataError` if it cannot be read, is too large, or is neither a PNG nor a plain SVG."""
     try:
         with path.open("rb") as stream:
             content = stream.read(_LARGEST + 1)
     except OSError as error:
-        raise DataError(error.strerror or str(error)).about(str(path)) from None
+        raise DataError(f"the logo {why_unreadable(error)}").about(str(path)) from None
     if len(content) > _LARGEST:
         raise DataError(f"the logo has more than {_LARGEST >> 10} KiB; make it smaller").about(str(path))
     if content.startswith(_PNG):

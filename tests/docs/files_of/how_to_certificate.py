@@ -1,4 +1,4 @@
-"""The files of docs/how-to/certificate.md: a log with dates and a thermometer, a logo and a specification."""
+"""The files of docs/how-to/certificate.md: a log with dates and a thermometer, a logo a specification, and a shift of three units."""
 
 from pathlib import Path
 
@@ -42,3 +42,10 @@ def make(folder: Path) -> None:
     (folder / "static.csv").write_text("\n".join([*lines, ""]))
     (folder / "logo.svg").write_text(LOGO)
     (folder / "spec.toml").write_text(SPEC)
+    (folder / "shift").mkdir()
+    head = f"time [s],{','.join(names)}"
+    for unit, rows in (("SN1007", slice(0, n // 2)), ("SN1008", slice(n // 2, n))):
+        numbers = np.column_stack([np.arange(n // 2) / RATE, gyro[rows] * [1, 1, 0.7], accel[rows]])
+        lines = [",".join(f"{value:.7g}" for value in row) for row in numbers]
+        (folder / "shift" / f"{unit}_2026-05-07.csv").write_text("\n".join([head, *lines, ""]))
+    (folder / "shift" / "SN1009_2026-05-07.csv").write_text("")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 from sigmatau import Analysis
 from sigmatau.digits import limit_text, round_to_error, two_digits
@@ -15,9 +16,13 @@ from sigmatau.lab.datasheets.compare import compare_with
 from sigmatau.lab.datasheets.decision import RULE_WORDS, LimitDecision, Outcome, Rule, decisions
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
-from sigmatau.reporting.certificate import Certificate, LimitRow, fill_certificate
+from sigmatau.lab.lots.dates import day_of_log
+from sigmatau.reporting.certificate import Certificate, LimitRow, check_stated, fill_certificate
 from sigmatau.reporting.certificate_file import CertificateFile, read_certificate
 from sigmatau.results import printable
+
+if TYPE_CHECKING:
+    from sigmatau.record.record import Record
 
 _MOST_LIMITS = 24  # largest number of limits on the first page
 _NEGLIGIBLE = 1e-4  # smallest risk that is printed as a number
@@ -69,9 +74,9 @@ def certify(
     moment = datetime.now(tz=UTC) if date is None else date
     decision: list[tuple[str, str]] = []
     limits: list[LimitRow] = []
-    if "decision" in file.texts:
-        rule = _rule(file)
-        sheet = _specification(file)
+    basis = read_decision(file)
+    if basis is not None:
+        rule, sheet = basis
         conventions: dict[str, Any] = {name: file.text("decision", name).lower() or None for name in ("sided", "bias")}
         verdict = compare_with(analysis, sheet, factor=file.factor, **conventions)
         made = decisions(verdict, rule)
@@ -86,13 +91,46 @@ def certify(
             decision.append(
                 ("Limits", f"{len(made) - _MOST_LIMITS} more limits are not listed; the listed ones are the worst.")
             )
-    return fill_certificate(file, analysis, issued=f"{moment:%Y-%m-%d}", decision=decision, limits=limits)
+    named = day_of_log({}, analysis.source.path or "")
+    return fill_certificate(file, analysis, issued=f"{moment:%Y-%m-%d}", named=named, decision=decision, limits=limits)
 
 
 _RISKS = (
     "Consumer's risk: probability that the true value is above the maximum if it is accepted; producer's risk: that it is"
     " not above if it is rejected (JCGM 106:2012, specific risks, flat prior)."
 )
+
+
+def check_certificate(file: CertificateFile, record: Record | None = None) -> None:
+    """Raise the errors of a certificate that need no result, before a long analysis.
+
+    Parameters
+    ----------
+    file : CertificateFile
+    record : Record, optional
+        The log. Default: only the file is checked.
+
+    Raises
+    ------
+    DataError
+        For an unknown rule or specification, or a specification without a maximum; if date or temperature are stated neither
+        by the file nor by the log, or contradict it.
+    """
+    basis = read_decision(file)
+    if basis is not None and file.factor is None and all(claim.maximum is None for claim in basis[1].claims):
+        raise DataError(f"{basis[1].name} states no maximum; state one, or decision.factor").about(str(file.path))
+    if record is not None:
+        has_thermometer = any(stream.quantity == "temperature" for stream in record.streams)
+        named = day_of_log({}, record.provenance.path or "")
+        check_stated(file, record.provenance.started, named, has_thermometer=has_thermometer)
+
+
+def read_decision(file: CertificateFile) -> tuple[Rule, Datasheet] | None:
+    """The decision rule and the specification; None for a certificate without a decision.
+
+    Raises `DataError` for an unknown rule, or a specification that cannot be read.
+    """
+    return (_rule(file), _specification(file)) if "decision" in file.texts else None
 
 
 def _rule(file: CertificateFile) -> Rule:
@@ -106,13 +144,14 @@ def _rule(file: CertificateFile) -> Rule:
 def _specification(file: CertificateFile) -> Datasheet:
     """The specification: a file beside the certificate, or a name of the library."""
     text = file.text("decision", "specification")
-    path = file.path.parent / text
-    try:
-        return find_datasheet(path if path.is_file() else text)
-    except OptionError:  # the name is in a file, not in an option
-        raise DataError(
-            f"decision.specification {text!r:.40} is neither a file beside it nor in 'sigmatau datasheet list'"
-        ).about(str(file.path)) from None
+    if file.specification in file.files:
+        return find_datasheet(file.specification)
+    with contextlib.suppress(OptionError):  # the name is in a file, not in an option
+        if not text.lower().endswith(".toml"):
+            return find_datasheet(text)
+    raise DataError(
+        f"decision.specification {text!r:.40} is neither a file beside it nor in 'sigmatau datasheet list'"
+    ).about(str(file.path))
 
 
 def _badness(decision: LimitDecision) -> tuple[int, float]:

@@ -100,6 +100,9 @@ def test_a_file_of_stable32():
         (("tau", "adev [deg/h]"), {"--unit": "deg/s"}, 2, "is not the unit 'deg/h' of adev"),
         (("tau", "avar [deg/h]"), {"--content": "deviation"}, 2, "contradicts the column avar"),
         (("tau", "adev [deg/sqrt(h)]"), {}, 2, "is not the unit of a rate"),
+        (("tau", "gyro_x adev [deg/rtHz]"), {}, 2, "'deg/rtHz' is not the unit of a rate. Give one such as deg/h"),
+        (("tau", "gyro_x adev"), {"--unit": "kg"}, 2, "'kg' is not the unit of a rate"),
+        (("tau", "adev [kg]"), {}, 2, "m/s^2 or ug. For another signal, name its column, --columns tau=1,signal=2"),
         (("tau", "adev [deg/h]"), {"--columns": "gyro_x=3"}, 2, "no column '3' among tau"),
         (("tau", "adev [m/s^2]"), {"--columns": "gyro_x=2"}, 2, "gyro_x is not a sensor of m/s^2"),
         (("tau", "adev [deg/h]"), {"--rate": "3"}, 1, "line 2: the averaging time is no multiple"),
@@ -118,6 +121,14 @@ def test_what_is_not_stated_is_asked(tmp_path, capsys, columns, options, code, m
     out, err = capsys.readouterr()
     assert out == ""
     assert message in " ".join(err.split())
+
+
+def test_a_named_signal_has_any_unit(tmp_path, capsys):
+    tau = [0.1 * 2**k for k in range(12)]
+    file = table(tmp_path / "c.csv", {"tau": tau, "adev [nT]": [5.0 / math.sqrt(each) for each in tau]})
+    words = ["--rate", "10", "--hours", "1", "--columns", "tau=1,mag_x=2"]
+    assert main(["curve", str(file), *words]) == 0
+    assert capsys.readouterr().out.startswith("mag_x ")
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ def temperature_command(
     csv: Annotated[Path | None, InOutput] = None,
     export: Annotated[list[str] | None, Texts, InMain] = None,
     instance: Annotated[int | None, InOutput] = None,
-    device_id: Annotated[int, InOutput] = 0,
+    device_id: Annotated[int | None, InOutput] = None,
     show: Show = None,
     quiet: Quiet = False,
 ) -> int:
@@ -88,9 +88,9 @@ def temperature_command(
     logs
         One log of a ramp or a soak; or several logs, or JSON results of analyze, each at one temperature.
     axes
-        Channels to use: gyro_x,accel_z, or gyro for all its axes. Default: all.
+        Channels of a ramp or a soak to use: gyro_x,accel_z, or gyro for all its axes. Default: all.
     degree
-        Degree of the polynomial, a number of powers from 0 to 5. Default: at most 3, without the highest coefficients that
+        Degree of the polynomial, from 1 to 5. Default: at most 3, without the highest coefficients that
         are smaller than their standard errors.
     reference
         Temperature about which the polynomial is written, 25degC. Default: 25 °C if observed, or the middle of the range.
@@ -141,6 +141,10 @@ def temperature_command(
     asked = _numbers(mean)
     channels = [word.strip() for text in axes or [] for word in text.split(",") if word.strip()] or None
     exports = _exports(export or [])
+    if instance is not None and not exports:
+        raise OptionError("--instance needs --export px4=FILE or --export ardupilot=FILE", option="instance")
+    if device_id is not None and "px4" not in exports:
+        raise OptionError("--device-id needs --export px4=FILE", option="device_id")
     places = [] if store is not None else _gather(matched(logs), quiet=quiet)
     named = {f"export {name}": path for name, path in exports.items()}
     check_outputs(places, report=report, plot=plot, json=json, csv=csv, **named)
@@ -159,6 +163,10 @@ def temperature_command(
             except DataError as error:
                 raise error.about(str(log)) from None
     else:
+        if channels is not None:
+            raise OptionError(
+                "--axes takes the log of a ramp or a soak. Runs are used with all channels", option="axes"
+            )
         if store is not None:
             runs = _stored(store, serial or [])
         else:
@@ -191,7 +199,7 @@ def temperature_command(
             raise error.named("mean") from None
     for target, path in exports.items():
         assert result is not None
-        result.export(to=target, path=path, instance=instance, device_id=device_id)
+        result.export(to=target, path=path, instance=instance, device_id=device_id or 0)
     if plot is not None:
         with drawing(plot, style, quiet=quiet):
             write_figure(shown.plot(), plot)

@@ -1,4 +1,4 @@
-"""The files of docs/how-to/certificate.md: a log with dates and a thermometer, a logo a specification, and a shift of three units."""
+"""The files of docs/how-to/certificate.md: a log with dates and a thermometer, specification and logo, and three units."""
 
 from pathlib import Path
 

@@ -80,7 +80,14 @@ def read_curve_table(
             column = table.columns[places[key]]
             rate_unit, factor, is_squared = _unit(column.name, column.unit, unit, content)
             _check(table, numbers, bare_name(column.name) or key)
-            quantity, sensor = _QUANTITIES.get(rate_unit, ("signal", "signal"))
+            if rate_unit not in _QUANTITIES and (key == _UNNAMED or stream_name(key) in _SENSORS):
+                hint = Hint("columns", value={"tau": "1", "signal": "2"})
+                signal = f". For another signal, name its column, {hint}" if key == _UNNAMED else ""
+                raise OptionError(
+                    f"{rate_unit!r} is not the unit of a rate. Give one such as deg/h, m/s^2 or ug{signal}",
+                    option="unit",
+                )
+            quantity, sensor = _QUANTITIES.get(rate_unit, ("signal", ""))
             name = key or sensor
             if _SENSORS.get(stream_name(name), quantity) != quantity:
                 raise OptionError(f"{Hint('columns')}: {name} is not a sensor of {rate_unit}", option="columns")

@@ -55,9 +55,13 @@ def channel_texts(trend: Trend, channel: ChannelTrend) -> tuple[tuple[str, ...],
     level = f"{100 * trend.level:g} %"
     spread = f"spread [{unit}]" if signed else "spread"
     heads = (trend.by, "units", "runs", "limits", f"median [{unit}]", level, spread, level)
-    drifts = [_drift(drift, unit, size, signed=signed) for drift in channel.drifts]
-    if channel.order is not None and channel.order.kind != "drift":
-        drifts.append(_batch_line(channel.order))
+    batch = channel.order if channel.order is not None and channel.order.kind != "drift" else None
+    drifts = [
+        _drift(drift, unit, size, signed=signed, by_batch=batch is not None and drift.kind == "production")
+        for drift in channel.drifts
+    ]
+    if batch is not None:
+        drifts.append(_batch_line(batch))
     return heads, [_row(period, size, signed=signed) for period in channel.periods], drifts
 
 
@@ -85,9 +89,9 @@ _DAYS = 2.0  # shortest observed time that is stated in days
 _WHAT = {"production": "between units", "ageing": "within units"}
 
 
-def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
+def _drift(drift: Drift, unit: str, size: float, *, signed: bool, by_batch: bool) -> str:
     factor, unit_text = (1 / size, f" {unit}") if signed else (100.0, " %")
-    conclusion = "drifts" if drift.drifts else "no drift seen"
+    conclusion = "see the batch" if by_batch else "drifts" if drift.drifts else "no drift seen"
     count = f"{drift.units} unit{'s' if drift.units > 1 else ''}"
     if drift.kind == "ageing":
         count += f", {drift.runs} runs"

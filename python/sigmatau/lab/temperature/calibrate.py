@@ -46,7 +46,7 @@ def calibrate_temperature(
     channels : sequence of str, optional
         Names of channels or sensors (``"gyro"``). Default: all.
     degree : int, optional
-        Degree of the polynomial, 0 to 5. Default: at most 3, without the highest coefficients that are smaller than
+        Degree of the polynomial, 1 to 5. Default: at most 3, without the highest coefficients that are smaller than
         their standard errors.
     reference : float, optional
         Temperature about which the polynomial is written. [°C] Default: 25 °C if observed, or the middle of the range.
@@ -67,7 +67,7 @@ def calibrate_temperature(
         If the log has no thermometer, its temperature does not vary, it is too short, or the sensor moved
         (`NotAtRestError`).
     OptionError
-        For an unknown channel, a degree outside 0 … 5, a reference outside the observed range, or a level outside
+        For an unknown channel, a degree outside 1 … 5, a reference outside the observed range, or a level outside
         0.5 … 0.999.
 
     See Also
@@ -151,8 +151,8 @@ def calibrate_temperature(
 
 
 def _check(degree: int | None, level: float) -> None:
-    if degree is not None and (isinstance(degree, bool) or degree not in range(MAX_DEGREE + 1)):
-        raise OptionError(f"{{option}} must be 0 to {MAX_DEGREE}, not {degree!r}", option="degree")
+    if degree is not None and (isinstance(degree, bool) or degree not in range(1, MAX_DEGREE + 1)):
+        raise OptionError(f"{{option}} must be 1 to {MAX_DEGREE}, not {degree!r}", option="degree")
     if not 0.5 <= level <= 0.999:
         raise OptionError(f"{{option}} must be 0.5 to 0.999, not {level!r}", option="level")
 

@@ -69,8 +69,8 @@ def calibrate_over_runs(
     runs : sequence of TemperatureRun
         At two temperatures or more.
     degree : int, optional
-        Degree of the polynomial. Default: at most 3, as many as the temperatures and two spare runs allow, without the
-        highest coefficients that are smaller than their standard errors.
+        Degree of the polynomial, 1 to 5. Default: at most 3, as many as the temperatures and two spare runs allow, without
+        the highest coefficients that are smaller than their standard errors.
     reference : float, optional
         Temperature about which the polynomial is written. [°C] Default: 25 °C if observed, or the middle of the range.
     level : float
@@ -87,7 +87,7 @@ def calibrate_over_runs(
     DataError
         If the temperatures do not vary by 5 K, or if there are fewer than two runs more than coefficients.
     OptionError
-        For a degree outside 0 … 5, a reference outside the range, or a level outside 0.5 … 0.999.
+        For a degree outside 1 … 5, a reference outside the range, or a level outside 0.5 … 0.999.
 
     See Also
     --------
@@ -112,8 +112,8 @@ def calibrate_over_runs(
     >>> round(float(result["gyro_x"].polynomial.coefficients[1]), 6)
     2e-05
     """
-    if degree is not None and (isinstance(degree, bool) or degree not in range(MAX_DEGREE + 1)):
-        raise OptionError(f"{{option}} must be 0 to {MAX_DEGREE}, not {degree!r}", option="degree")
+    if degree is not None and (isinstance(degree, bool) or degree not in range(1, MAX_DEGREE + 1)):
+        raise OptionError(f"{{option}} must be 1 to {MAX_DEGREE}, not {degree!r}", option="degree")
     if not 0.5 <= level <= 0.999:
         raise OptionError(f"{{option}} must be 0.5 to 0.999, not {level!r}", option="level")
     ordered = sorted(runs, key=lambda run: run.temperature)

@@ -116,6 +116,28 @@ def test_inputs_are_protected(lab, capsys):
     assert Path("units.csv").read_text() == "SN1\n"
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--results", "r", "-o", "r/SN1.json"),
+        ("--results", "r", "-o", "r/../r/SN2.json"),
+        ("--reports", "r", "-o", "r/SN1.html"),
+    ],
+)
+def test_no_output_replaces_a_file_of_a_unit(words, lab, capsys):
+    Path("r").mkdir()
+    Path("r/SN1.json").write_text('{"schema": 1, "sigmatau": "0.1.0"}')
+    assert main(["lot", "shift", "--unit-from", "(SN[0-9])", *words]) == 2
+    assert "is also a file of a unit; name another file" in capsys.readouterr().err
+    assert Path("r/SN1.json").exists()
+
+
+def test_a_unit_is_not_a_path(lab, shift, capsys):
+    assert main(["lot", "shift", "--unit-from", "(.*)", "--results", "r"]) == 2
+    assert "a unit is a name without /" in capsys.readouterr().err
+    assert not [*shift.glob("*.json")]
+
+
 def test_a_result_has_no_certificate(lab, capsys):
     lab()
     Path("SN9.json").write_text("{}")

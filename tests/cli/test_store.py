@@ -108,6 +108,13 @@ def test_trend(lab, capsys):
     assert [one["units"] for one in told["channels"]["gyro_x"]["periods"]] == [1, 1, 1]
 
 
+def test_two_outputs_of_a_trend_in_one_file_are_refused(lab, capsys):
+    code, _, err = run(capsys, "trend", "--store", "lab.db", "--report", "t.html", "--json", "t.html")
+    assert code == 2
+    assert "name two files" in err
+    assert not (lab / "t.html").exists()
+
+
 def test_exports_are_the_table(lab, capsys):
     import pyarrow.parquet as parquet
 

@@ -24,6 +24,7 @@ from sigmatau.cli.lot_reports import (
     protect,
     read_unit_certificate,
     refusal_lines,
+    refuse_unit_files,
     unjudged_line,
 )
 from sigmatau.cli.options import (
@@ -196,20 +197,21 @@ def lot_command(
     else:
         places = matched(units, keep=may_be_a_unit, quiet=quiet)
         logs, files = gather_units(places, expecting=expected is not None, quiet=quiet)
-        listed = [] if expect is None or isinstance(expected, int) else [Path(expect)]
-        protect(outputs, *logs, *files, *listed, *(() if facts is None else facts.files))
-        expect_files(*outputs)
         names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
         names |= {file: names[file].removesuffix(".json") for file in files}
         if len({*names.values()}) < len(names):
             names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
         if unit_from is not None:
             names = units_in_paths([*logs, *files], unit_from)
+        listed = [] if expect is None or isinstance(expected, int) else [Path(expect)]
+        protect(outputs, *logs, *files, *listed, *(() if facts is None else facts.files))
+        pages = open_reports(reports, facts, results=files)
+        unit_pages = [] if pages is None else [pages.place(names[log]) for log in logs]
+        unit_results = [] if results is None else [results / f"{names[log]}.json" for log in logs]
+        refuse_unit_files(outputs, [*unit_pages, *unit_results])
+        expect_files(*outputs, *unit_pages)
         if results is not None:
             _prepare(results, {names[log] for log in logs}, quiet=quiet)
-        pages = open_reports(reports, facts, results=files)
-        if pages is not None:
-            expect_files(*(pages.place(names[log]) for log in logs))
         readings = assign_readings(reading, logs, [place for place in places if place in logs])
         units_examined, refusals = _analysed(
             logs, names, readings, sheet, options, results, pages, jobs=jobs, quiet=quiet

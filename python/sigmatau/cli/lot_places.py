@@ -24,6 +24,11 @@ def units_in_paths(places: Sequence[Path], expression: str) -> dict[Path, str]:
         name = path.parent.name if expression == FOLDER else unit_in_path(expression, str(path))
         if not name:
             raise OptionError(f"{place}: --unit-from {expression!r} finds no unit in the path", option="unit_from")
+        if os.sep in name:
+            raise OptionError(
+                f"{place}: --unit-from {expression!r} finds {name!r:.60}; a unit is a name without {os.sep}",
+                option="unit_from",
+            )
         earlier = next((log for log, unit in names.items() if unit == name), None)
         if earlier is not None:
             raise OptionError(

@@ -120,6 +120,14 @@ def protect(outputs: Iterable[Path], *inputs: Path) -> None:
             refuse_same(place, output=output)
 
 
+def refuse_unit_files(outputs: Iterable[Path], unit_files: Iterable[Path]) -> None:
+    """Raise an error if a file of the lot has the place of a report or a result of a unit."""
+    taken = {file.resolve() for file in unit_files}
+    for output in outputs:
+        if output.resolve() in taken:
+            raise OptionError(f"--output {output} is also a file of a unit; name another file", option="output")
+
+
 def refusal_lines(refusals: Mapping[str, str]) -> list[str]:
     """Units without a certificate by reason, each reason once."""
     units: dict[str, list[str]] = {}

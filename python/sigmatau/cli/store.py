@@ -14,7 +14,16 @@ from cyclopts import Parameter
 
 from sigmatau.cli.declared import Show
 from sigmatau.cli.messages import print_error
-from sigmatau.cli.options import check_output, command_line, json_text, matched, say, working, write_result
+from sigmatau.cli.options import (
+    check_output,
+    check_outputs,
+    command_line,
+    json_text,
+    matched,
+    say,
+    working,
+    write_result,
+)
 from sigmatau.cli.settings import LevelSettings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
@@ -389,8 +398,8 @@ def trend_command(
         Write the trend as JSON; - writes it to standard output.
     """
     set_shown(show)
-    check_output(None if str(json) == "-" else json, (), "json")
     check_output(report, (".html",), "report")
+    check_outputs([], report=report, json=json)
     chosen = (choice or Choice()).chosen()
     level = (settings or LevelSettings()).arguments()
     with opened(store) as opened_store:

@@ -12,6 +12,7 @@ from known import seed_of
 from paper_tables import csv_of
 from sigmatau import DataError, NoiseModel, OptionError, analyze, compare_runs, simulate
 from sigmatau.cli import main
+from sigmatau.lab.lots.comparison_text import remarks
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import csv_text
 
@@ -94,6 +95,18 @@ class TestInMemory:
         assert compared.outliers()[at].name == "day 3"
         assert compared.key(at)[1].channel == "gyro_x"
         assert "! gyro_x random walk: run day 3 does not belong: 61 % above the others" in repr(compared)
+
+    def test_a_mean_that_does_not_belong_has_a_difference(self, days):
+        """A ratio to a mean near zero would be any number."""
+        runs = [copy.deepcopy(days[k % len(days)]) for k in range(12)]
+        for k, day in enumerate(runs):
+            day["notes"]["run"] = f"run {k}"
+            day["channels"]["gyro_x"]["mean"]["value"] = 1e-6 * (-1) ** k
+            scaled(day, 1 + 1e-4 * k)
+        runs[7]["channels"]["gyro_x"]["mean"]["value"] = np.radians(30) / 3600
+        text = " ".join(remarks(compare_runs(runs)))
+        assert "gyro_x mean: run run 7 does not belong: +30" in text
+        assert "deg/h from the mean of the others" in text
 
     def test_one_run_is_not_compared(self, days):
         assert "Nothing to compare: each value is from one run." in repr(compare_runs(days[:1]))

@@ -273,11 +273,13 @@ def _warnings(comparison: RunComparison, rows: Sequence[int], judgements: Sequen
             label, run = comparison.key(row)[1], outliers[row]
             name = run.serial if comparison.by == "run" and run.serial else run.name
             value = next(value for run_shown, value, _ in comparison.values(row) if run_shown is run)
-            rest = [v for run_shown, v, _ in comparison.values(row) if run_shown is not run]
-            lines.append(
-                f"! {label.channel} {term_name(label)}: {what} {name} does not belong:"
-                f" {_against(value, float(np.mean(rest)))} the others"
-            )
+            mean = float(np.mean([v for run_shown, v, _ in comparison.values(row) if run_shown is not run]))
+            if label.term in SIGNED:  # a ratio to a mean near zero says nothing
+                unit, size = display_unit(label, [value])
+                difference = f"{significant((value - mean) / size, sign='+')} {unit} from the mean of the others"
+            else:
+                difference = f"{_against(value, mean)} the others"
+            lines.append(f"! {label.channel} {term_name(label)}: {what} {name} does not belong: {difference}")
     below = comparison.below()
     for row in rows:
         if row in below:
@@ -308,7 +310,7 @@ def _against(value: float, mean: float) -> str:
         return "far from"
     ratio = value / mean
     if ratio > 2:
-        return f"{ratio:.2g} times"
+        return f"{two_digits(ratio)} times"
     return f"{two_digits(100 * abs(ratio - 1))} % {'above' if ratio > 1 else 'below'}"
 
 

@@ -73,6 +73,7 @@ __all__ = [
     "term_avar",
     "term_psd",
     "theo1_expectation",
+    "total_bias",
     "ulog_columns",
     "unpacked",
 ]
@@ -567,6 +568,7 @@ def stationary_moments(
     kind: str, overlapped: bool, samples: int, m: _Ints, coefficients: dict[str, float], tau0: float
 ) -> tuple[_Floats, _Floats]: ...
 def theo1_expectation(m: _Ints, coefficients: dict[str, float], tau0: float) -> _Floats: ...
+def total_bias(kind: str, m: _Ints, coefficients: dict[str, float], tau0: float) -> _Floats: ...
 def term_avar(
     term: str, coefficient: float, m: _Ints, tau0: float, cutoff: float | None, averaged: bool
 ) -> _Floats: ...

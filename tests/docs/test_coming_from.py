@@ -51,6 +51,7 @@ class TestAllantools:
             ("tdev", "time"),
             ("mtie", "mtie"),
             ("tierms", "tie_rms"),
+            ("pdev", "parabolic"),
         ],
     )
     def test_the_table(self, theirs, kind):

@@ -1,4 +1,5 @@
-//! Deviations other than the overlapped Allan deviation: modified Allan, Hadamard, total, Theo1, MTIE and TIE rms.
+//! Deviations other than the overlapped Allan deviation: modified Allan, Hadamard, parabolic, total, modified total, Hadamard
+//! total, Theo1, MTIE and TIE rms.
 //!
 //! Definitions and counts of terms are those of W. J. Riley, "Handbook of Frequency Stability Analysis", NIST Special
 //! Publication 1065, 2008, on the N + 1 phase points of N rate samples. Sums run over fixed blocks of starts
@@ -9,6 +10,8 @@ mod hadamard;
 mod integral;
 mod lifted;
 mod modified;
+mod parabolic;
+mod reflected;
 mod theo1;
 mod thirds;
 mod tie;
@@ -34,6 +37,12 @@ pub enum Kind {
     Hadamard(Overlap),
     /// Total deviation: the phase is extended by reflection at both ends. Unit of the rate.
     Total,
+    /// Parabolic deviation: differences of slopes fitted to the phase. Unit of the rate.
+    Parabolic,
+    /// Modified total deviation: each 3m points of the phase are extended by reflection. Unit of the rate.
+    ModifiedTotal,
+    /// Hadamard total deviation: each 3m rates are extended by reflection. Unit of the rate.
+    HadamardTotal,
     /// Theo1, at the averaging time 0.75·m; m is even. Unit of the rate.
     Theo1,
     /// Largest range of the phase in any window of m + 1 points. Unit of the phase.
@@ -47,8 +56,9 @@ impl Kind {
     #[must_use]
     pub fn largest(self, samples: usize) -> usize {
         match self {
-            Self::Modified => (samples + 1) / 3,
-            Self::Hadamard(_) => samples / 3,
+            Self::Modified | Self::ModifiedTotal => (samples + 1) / 3,
+            Self::Hadamard(_) | Self::HadamardTotal => samples / 3,
+            Self::Parabolic => samples / 2,
             Self::Total => samples.saturating_sub(1),
             Self::Theo1 => samples / 2 * 2,
             Self::Mtie | Self::TieRms => samples,
@@ -93,6 +103,9 @@ pub fn deviations(kind: Kind, rate: &[f64], m: &[usize]) -> Result<Vec<Deviation
         Kind::Hadamard(Overlap::Full) => hadamard::overlapping(&phase()?, m),
         Kind::Hadamard(Overlap::None) => hadamard::disjoint(&phase()?, m),
         Kind::Total => total::total(&phase()?, m)?,
+        Kind::Parabolic => parabolic::parabolic(&phase()?, m)?,
+        Kind::ModifiedTotal => reflected::modified_total(&phase()?, m),
+        Kind::HadamardTotal => reflected::hadamard_total(&phase()?, rate, m),
         Kind::Theo1 => theo1::theo1(&phase()?, m),
         Kind::Mtie => tie::mtie(&phase()?, m),
         Kind::TieRms => tie::tie_rms(&phase()?, m),

@@ -19,6 +19,9 @@ fn kind_of(name: &str, overlapped: bool) -> PyResult<Kind> {
         "modified" => Ok(Kind::Modified),
         "hadamard" => Ok(Kind::Hadamard(overlap)),
         "total" => Ok(Kind::Total),
+        "parabolic" => Ok(Kind::Parabolic),
+        "modified_total" => Ok(Kind::ModifiedTotal),
+        "hadamard_total" => Ok(Kind::HadamardTotal),
         "theo1" => Ok(Kind::Theo1),
         "mtie" => Ok(Kind::Mtie),
         "tie_rms" => Ok(Kind::TieRms),
@@ -83,7 +86,7 @@ pub fn stationary_moments<'py>(
     Ok((of(|moments| moments.variance), of(|moments| moments.edf)))
 }
 
-/// Degrees of freedom of the total variance or of Theo1.
+/// Degrees of freedom of an estimator without stationary terms.
 #[pyfunction]
 pub fn quadratic_edf<'py>(
     py: Python<'py>,
@@ -114,4 +117,21 @@ pub fn theo1_expectation<'py>(
     let expected: Vec<f64> =
         detached(py, || sizes.iter().map(|&m| freedom::theo1_expectation(m, &coefficients)).collect());
     Ok(expected.into_pyarray(py))
+}
+
+/// Expected variances of a total estimator over those of the estimator that it extends.
+#[pyfunction]
+pub fn total_bias<'py>(
+    py: Python<'py>,
+    kind: &str,
+    m: PyReadonlyArray1<'py, i64>,
+    coefficients: HashMap<String, f64>,
+    tau0: f64,
+) -> PyResult<Floats<'py>> {
+    let kind = kind_of(kind, true)?;
+    let sizes = sizes(&m)?;
+    let coefficients = Coefficients::at_interval(in_order(coefficients)?, tau0);
+    let bias =
+        detached(py, || quadratic::bias(kind, &sizes, &coefficients)).map_err(|error| value_error(&error))?;
+    Ok(bias.into_pyarray(py))
 }

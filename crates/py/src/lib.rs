@@ -46,6 +46,7 @@ mod _core {
     #[pymodule_export]
     use crate::deviations::{
         deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,
+        total_bias,
     };
     #[pymodule_export]
     use crate::distributions::{distribution, distribution_of_shape};

@@ -191,7 +191,7 @@ def stationary_moments(
 def quadratic_edf(
     kind: str, *, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
 ) -> NDArray[np.float64]:
-    """Degrees of freedom of ``"total"`` or ``"theo1"``."""
+    """Degrees of freedom of an estimator without stationary terms, such as ``"total"``."""
     try:
         return _core.quadratic_edf(kind, n, whole_sizes(m), dict(coefficients), tau0)
     except ValueError as error:
@@ -208,6 +208,11 @@ def quadratic_edf(
 def theo1_expectation(m: ArrayLike, coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
     """Expected Theo1 variances at the even sizes `m`."""
     return _core.theo1_expectation(whole_sizes(m), dict(coefficients), tau0)
+
+
+def total_bias(kind: str, m: ArrayLike, coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
+    """Expected ``"modified_total"`` variances over modified ones, or ``"hadamard_total"`` over Hadamard variances."""
+    return _core.total_bias(kind, whole_sizes(m), dict(coefficients), tau0)
 
 
 def term_avar(

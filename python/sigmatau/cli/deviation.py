@@ -50,7 +50,8 @@ def deviation_command(
     log
         A log of any supported format, see sigmatau inspect.
     kind
-        The estimator. time, mtie and tie_rms have units of angle and velocity. theo1 takes minutes for 1e6 samples.
+        The estimator. time, time_total, mtie and tie_rms have units of angle and velocity. theo1 takes minutes for 1e6
+        samples, modified_total, time_total and hadamard_total an hour; theobr and theoh take up to 50000 samples.
     overlap
         For the Hadamard deviation: all terms (full, the default), or disjoint clusters only (none).
     noise

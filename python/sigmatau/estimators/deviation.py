@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
-from sigmatau.estimators import deviation_kinds
+from sigmatau.estimators import deviation_kinds, theo
 from sigmatau.estimators.allan import Overlap, refuse_missing
-from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator, sizes_for
+from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator, sizes_for, tau_in_samples
 from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors
 from sigmatau.record.record import Record, need_record
@@ -49,7 +49,8 @@ class Deviation(Printed):
     m : ndarray of int, shape (n_tau,)
         Cluster sizes in samples.
     tau : ndarray, shape (n_tau,)
-        Averaging times: m·tau0, for Theo1 0.75·m·tau0. [s]
+        Averaging times: m·tau0, for Theo1 and TheoBR 0.75·m·tau0, for TheoH the first of these up to a tenth of the record.
+        [s]
     deviation : ndarray, shape (n_tau,)
         [unit]
     n_terms : ndarray of int, shape (n_tau,)
@@ -113,7 +114,7 @@ class Deviation(Printed):
         )
 
     def bias(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
-        """Expected squared deviation over the Allan variance at `tau`, for total and Theo1.
+        """Expected squared deviation over the variance that it estimates, for the total kinds and Theo1.
 
         See `sigmatau.estimators.deviation_kinds.bias`.
 
@@ -257,31 +258,38 @@ def deviation(
     threads: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Deviations:
-    """Modified, Hadamard, total, time, Theo1, MTIE or TIE rms deviation of every channel of a record.
+    """Modified, Hadamard, parabolic, total, time, Theo1, MTIE or TIE rms deviation of every channel of a record.
 
-    The estimators use the N+1 phase points x of N rate samples, as defined in NIST SP 1065 [1]_:
+    The estimators use the N+1 phase points x of N rate samples, as defined in NIST SP 1065 [1]_ and, for parabolic, in [2]_:
 
-    ============ ============================================================================== ============
-    kind         average of                                                                     m
-    ============ ============================================================================== ============
-    ``modified`` second differences of the phase averaged over m points; N+2−3m terms            ≤ (N+1)/3
-    ``hadamard`` third differences of the phase; N+1−3m terms. Blind to a ramp                   ≤ N/3
-    ``total``    second differences of the phase reflected at both ends; N−1 terms               < N
-    ``time``     τ/√3 times the modified deviation                                               ≤ (N+1)/3
-    ``theo1``    differences of differences over all steps up to m/2; τ is 0.75 m τ₀             10 … N, even
-    ``mtie``     largest range of the phase in any window of m+1 points                          ≤ N
-    ``tie_rms``  root mean square of the phase's movement in m samples                           ≤ N
-    ============ ============================================================================== ============
+    ================== ======================================================================== ============
+    kind               average of                                                               m
+    ================== ======================================================================== ============
+    ``modified``       second differences of the phase averaged over m points; N+2−3m terms     ≤ (N+1)/3
+    ``hadamard``       third differences of the phase; N+1−3m terms. Blind to a ramp            ≤ N/3
+    ``parabolic``      differences of slopes fitted to m points of the phase; N+1−2m terms      ≤ N/2
+    ``total``          second differences of the phase reflected at both ends; N−1 terms        < N
+    ``modified_total`` modified, of each 3m points without slope, reflected; N+2−3m stretches   ≤ (N+1)/3
+    ``hadamard_total`` Hadamard, of each 3m rates without slope, reflected; N+1−3m stretches    ≤ N/3
+    ``time``           τ/√3 times the modified deviation                                        ≤ (N+1)/3
+    ``time_total``     τ/√3 times the modified total deviation                                  ≤ (N+1)/3
+    ``theo1``          differences of differences over all steps up to m/2; τ is 0.75 m τ₀      10 … N, even
+    ``theobr``         Theo1 times its mean ratio to Allan up to a tenth of the record          10 … N, even
+    ``theoh``          the Allan deviation up to a tenth of the record, then TheoBR             1 … N
+    ``mtie``           largest range of the phase in any window of m+1 points                   ≤ N
+    ``tie_rms``        root mean square of the phase's movement in m samples                    ≤ N
+    ================== ======================================================================== ============
 
-    The first three and Theo1 have the unit of the rate; time, MTIE and TIE rms have the unit of its integral. A
-    constant rate affects only MTIE and TIE rms.
+    Time, time total, MTIE and TIE rms have the unit of the integral of the rate; all others have the unit of the rate. A
+    constant rate affects only MTIE and TIE rms. The total kinds and Theo1 have a bias, see `Deviation.bias`.
 
     Parameters
     ----------
     record : Record
         Static data, no sample missing.
-    kind : {"modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"}
-        The estimator. Theo1 takes N·m steps for every m, minutes for a million samples; the other kinds take N.
+    kind : str
+        The estimator, a name of the table. Theo1 takes N·m steps for every m, minutes for a million samples; modified, time
+        and Hadamard total take 20 times as long. TheoBR and TheoH take up to 50 000 samples. The other kinds take N steps.
     taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
         As in `sigmatau.allan`, up to the longest time of the kind (total: half the record by default). [s]
     overlap : {"full", "none"}, optional
@@ -314,7 +322,9 @@ def deviation(
 
     References
     ----------
-    .. [1] NIST Special Publication 1065, sections 5.2.4 to 5.2.15.
+    .. [1] NIST Special Publication 1065, sections 5.2.4 to 5.2.17.
+    .. [2] F. Vernotte, M. Lenczner, P.-Y. Bourgeois, E. Rubiola, "The parabolic variance (PVAR), a wavelet variance based
+       on the least-square fit," IEEE Trans. UFFC 63(4), 2016.
 
     Examples
     --------
@@ -355,8 +365,10 @@ class _Bar:
 
 def _work(kind: Kind, stream: Stream, m: NDArray[np.int64]) -> float:
     """Approximate number of terms."""
-    n = float(stream.grid.n)
-    return len(stream.channels) * float(np.sum((n - m) * m if kind == "theo1" else np.full(len(m), n)))
+    n, steps = float(stream.grid.n), KINDS[kind].steps
+    if kind in ("theobr", "theoh"):
+        return len(stream.channels) * theo.steps(stream.grid.n, m, hybrid=kind == "theoh")
+    return len(stream.channels) * float(np.sum((n - m) * m * steps if steps else np.full(len(m), n)))
 
 
 def _stream_deviations(
@@ -364,19 +376,24 @@ def _stream_deviations(
 ) -> dict[str, Deviation]:
     chosen, tau0 = KINDS[kind], stream.grid.tau0
     columns = [stream.column(channel) for channel in stream.channels]
-    # Theo1 takes N·m steps. One size is computed at a time, so that progress is visible and it can be stopped.
-    parts = [sizes[i : i + 1] for i in range(len(sizes))] if kind == "theo1" else [sizes]
-    results = []
-    for m in parts:
-        results.append(
-            kernels.deviations(chosen.kernel, columns, m, overlap=overlap, threads=threads, names=stream.channels)
+    if kind in ("theobr", "theoh"):
+        values, terms = theo.theo_deviations(
+            columns, sizes, stream.channels, hybrid=kind == "theoh", threads=threads, tell=bar.add
         )
-        bar.add(_work(kind, stream, m))
-    values = [np.concatenate([part[c] for part, _ in results]) for c in range(len(columns))]
-    terms = np.concatenate([part for _, part in results])
-    tau = np.asarray(sizes * (chosen.tau_per_m * tau0), dtype=np.float64)
+    else:
+        # Some kinds take N·m steps. One size is computed at a time, so that progress is visible and it can be stopped.
+        parts = [sizes[i : i + 1] for i in range(len(sizes))] if chosen.steps else [sizes]
+        results = []
+        for m in parts:
+            results.append(
+                kernels.deviations(chosen.kernel, columns, m, overlap=overlap, threads=threads, names=stream.channels)
+            )
+            bar.add(_work(kind, stream, m))
+        values = [np.concatenate([part[c] for part, _ in results]) for c in range(len(columns))]
+        terms = np.concatenate([part for _, part in results])
+    tau = np.asarray(tau_in_samples(kind, stream.grid.n, sizes) * tau0, dtype=np.float64)
     factor: NDArray[np.float64] | float = 1.0
-    if kind == "time":
+    if kind in ("time", "time_total"):
         factor = tau / np.sqrt(3.0)
     elif chosen.has_phase_unit:
         factor = tau0

@@ -18,13 +18,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau.estimators import theo
 from sigmatau.frozen import frozen
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import NOISE, TERMS
 
 _MAX_SAMPLES = 20_000  # number of samples up to which every averaging time is computed separately
 
-Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"]
+Kind = Literal[
+    "modified", "hadamard", "parabolic", "total", "modified_total", "hadamard_total", "time", "time_total",
+    "theo1", "theobr", "theoh", "mtie", "tie_rms",
+]  # fmt: skip
 
 
 @frozen
@@ -35,14 +39,21 @@ class Estimator:
     kernel: str  # Kernel of the core that computes it
     has_phase_unit: bool = False  # whether it has the unit of the phase (rad, m/s) instead of the rate
     tau_per_m: float = 1.0  # Averaging time over the cluster size in samples
+    steps: float = 0.0  # steps of a cluster size over N·m; 0 if they do not depend on m
 
 
 KINDS: Mapping[str, Estimator] = {
     "modified": Estimator(label="modified Allan deviation", kernel="modified"),
     "hadamard": Estimator(label="Hadamard deviation", kernel="hadamard"),
+    "parabolic": Estimator(label="parabolic deviation", kernel="parabolic"),
     "total": Estimator(label="total deviation", kernel="total"),
+    "modified_total": Estimator(label="modified total deviation", kernel="modified_total", steps=20),
+    "hadamard_total": Estimator(label="Hadamard total deviation", kernel="hadamard_total", steps=20),
     "time": Estimator(label="time deviation", kernel="modified", has_phase_unit=True),
-    "theo1": Estimator(label="Theo1 deviation", kernel="theo1", tau_per_m=0.75),
+    "time_total": Estimator(label="time total deviation", kernel="modified_total", has_phase_unit=True, steps=20),
+    "theo1": Estimator(label="Theo1 deviation", kernel="theo1", tau_per_m=0.75, steps=1),
+    "theobr": Estimator(label="TheoBR deviation", kernel="theo1", tau_per_m=0.75, steps=1),
+    "theoh": Estimator(label="TheoH deviation", kernel="theo1", steps=1),
     "mtie": Estimator(label="MTIE", kernel="mtie", has_phase_unit=True),
     "tie_rms": Estimator(label="TIE rms", kernel="tie_rms", has_phase_unit=True),
 }
@@ -55,6 +66,12 @@ _OTHER_NAMES = {
     **dict.fromkeys(("hdev", "ohdev"), "hadamard"),
     **dict.fromkeys(("totdev", "tot"), "total"),
     **dict.fromkeys(("tdev", "tvar"), "time"),
+    **dict.fromkeys(("pdev", "pvar"), "parabolic"),
+    **dict.fromkeys(("mtotdev", "mtot", "mtotvar"), "modified_total"),
+    **dict.fromkeys(("htotdev", "htot", "htotvar"), "hadamard_total"),
+    **dict.fromkeys(("ttotdev", "ttot"), "time_total"),
+    **dict.fromkeys(("theobrdev", "theo1br"), "theobr"),
+    "theohdev": "theoh",
     "tierms": "tie_rms",
 }
 
@@ -77,14 +94,19 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
     """Cluster sizes in samples for a record of `n` samples, increasing; see `sigmatau.deviation`."""
     chosen = estimator(kind)
     smallest, largest, needed = kernels.deviation_limits(chosen.kernel, n)
+    if kind in ("theobr", "theoh"):
+        theo.check_length(chosen.label, n)
+        needed = theo.SHORTEST
+        largest = largest if n >= needed else 0
     if largest < smallest:
         raise RecordTooShortError(
             f"{n} samples are too few for the {chosen.label}: at least {needed} are needed", need=needed, got=n
         )
-    if isinstance(taus, str) and taus == "all" and n > _MAX_SAMPLES:
+    longest = _MAX_SAMPLES if chosen.steps <= 1 else _MAX_SAMPLES // 4
+    if isinstance(taus, str) and taus == "all" and n > longest:
         raise OptionError(
-            f"{{option}} 'all' of {n} samples takes some N² steps for the {chosen.label};"
-            f" at most {_MAX_SAMPLES} are allowed: take a grid such as 'eighth'",
+            f"{{option}} 'all' of {n} samples takes some N{'³' if chosen.steps else '²'} steps for the {chosen.label};"
+            f" at most {longest} are allowed: take a grid such as 'eighth'",
             option="taus",
         )
     factor = 2 if chosen.kernel == "theo1" else 1
@@ -93,19 +115,31 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
         # sizes are only taken on request.
         reach = min(largest, max(n // 2, 1)) if kind == "total" else largest
         sizes = cluster_sizes(taus, n=2 * reach, tau0=tau0)
-        sizes = sizes[(sizes >= smallest) & (sizes % factor == 0)]
-        return sizes if sizes.size else np.array([smallest], dtype=np.int64)
+        long_sizes = sizes[(sizes >= smallest) & (sizes % factor == 0)]
+        if kind == "theoh":
+            last = theo.last_allan_size(n)
+            return np.concatenate([sizes[sizes <= last], long_sizes[tau_in_samples(kind, n, long_sizes) > last]])
+        return long_sizes if long_sizes.size else np.array([smallest], dtype=np.int64)
     times = averaging_times(taus)
-    rounded = factor * np.rint(times / (factor * chosen.tau_per_m * tau0))
+    rounded = factor * np.rint(times / (factor * (0.75 if kind == "theoh" else chosen.tau_per_m) * tau0))
+    if kind == "theoh":
+        allan_sizes = np.rint(times / tau0)
+        rounded = np.where(allan_sizes <= theo.last_allan_size(n), allan_sizes, rounded)
+        smallest = 1
     outside = times[(rounded < smallest) | (rounded > largest)]
     if outside.size:
-        low, high = (size * chosen.tau_per_m * tau0 for size in (smallest, largest))
+        low, high = (float(tau_in_samples(kind, n, np.array([size]))[0]) * tau0 for size in (smallest, largest))
         raise OptionError(
             f"τ = {outside[0]:.6g} s is out of reach of the {chosen.label}: {n} samples at {1 / tau0:.6g} Hz give"
             f" {low:.6g} s to {high:.6g} s",
             option="taus",
         )
     return np.unique(rounded).astype(np.int64)
+
+
+def tau_in_samples(kind: str, n: int, m: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Averaging times of cluster sizes, in samples."""
+    return np.asarray(m * (theo.tau_over_m(n, m) if kind == "theoh" else KINDS[kind].tau_per_m))
 
 
 # a in E[TOTVAR]/AVAR = 1 − a·τ/T: NIST SP 1065, section 5.2.11; white noise has no bias.
@@ -142,23 +176,24 @@ def degrees_of_freedom(
     """Equivalent degrees of freedom of each variance, 2·E²/Var, for Gaussian noise of the given coefficients.
 
     Modified Allan, time and Hadamard: exact, the sum over all lags of the squared autocovariance of the terms [1]_.
-    Total and Theo1: exact for records up to 384 samples; a longer record is approximated by a short one with the same
-    ratio of m to n, with errors of 0.1 % for the total variance and 3 % for Theo1. A ramp counts in the modified Allan
-    variance, does not affect the Hadamard variance, and is refused for total and Theo1. MTIE and TIE rms have no known
-    distribution.
+    All others: exact for records up to 384 samples; a longer record is approximated by a short one with the same
+    ratio of m to n, with errors of 0.1 % for the total variance and 3 % for the others. A ramp counts in the modified Allan
+    variance, does not affect the Hadamard and the Hadamard total variance, and is refused for the others. MTIE, TIE rms,
+    TheoBR and TheoH have no known distribution: the ratio in TheoBR is uncertain too.
 
     `noise`: a term's name, or coefficients in SI, as in `sigmatau.noise.terms.TERMS`; `tau0`: sample interval [s].
     """
     kernel = estimator(kind).kernel
-    if kernel in ("mtie", "tie_rms"):
+    if kind in ("theobr", "theoh", "mtie", "tie_rms"):
         raise OptionError(
             f"the distribution of the {estimator(kind).label} is not known: no degrees of freedom and no interval",
             option="noise",
         )
     coefficients = check_coefficients(noise)
     if kernel in ("modified", "hadamard"):
-        _, edf = kernels.stationary_moments(kernel, overlap=overlap, n=n, m=m, coefficients=coefficients, tau0=tau0)
-        return edf
+        return _stationary(kernel, coefficients, n=n, m=m, tau0=tau0, overlap=overlap)[1]
+    if kernel == "hadamard_total":
+        coefficients.pop("rate_ramp", None)
     if coefficients.get("rate_ramp"):
         raise OptionError(
             f"the degrees of freedom of the {estimator(kind).label} do not allow for a ramp: leave `rate_ramp` out of"
@@ -171,11 +206,17 @@ def degrees_of_freedom(
 def bias(
     kind: str, noise: str | Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float
 ) -> NDArray[np.float64]:
-    """Expected variance of ``"total"`` or ``"theo1"`` over the Allan variance at the same averaging time. Total: 1 −
-    a·τ/T with the a of [2]_, for one term, accurate to 0.1 %, including the reflected ends of the record. Theo1: exact
-    for the sampled noise of any mixture.
+    """Expected variance of a kind over that of the estimator that it extends, at the same averaging time: the Allan
+    variance for ``"total"`` and ``"theo1"``, the modified Allan variance for ``"modified_total"`` and ``"time_total"``,
+    the Hadamard variance for ``"hadamard_total"``.
+
+    Total: 1 − a·τ/T with the a of [2]_, for one term, accurate to 0.1 %, including the reflected ends of the record.
+    All others: exact for the sampled noise of any mixture without a ramp; beyond m = 64, to 0.1 %.
     """
     coefficients = {name: value for name, value in check_coefficients(noise).items() if value}
+    kernel = estimator(kind).kernel
+    if kernel in ("modified_total", "hadamard_total"):
+        return kernels.total_bias(kernel, m, {**coefficients, "rate_ramp": 0.0}, tau0)
     if kind == "total":
         if len(coefficients) != 1 or next(iter(coefficients)) not in _TOTAL_BIAS:
             raise OptionError(
@@ -185,18 +226,21 @@ def bias(
             )
         return np.asarray(1 - _TOTAL_BIAS[next(iter(coefficients))] * m / n)
     if kind != "theo1":
-        raise OptionError(f"only total and theo1 estimate the Allan deviation with a bias, not {kind!r}", option="kind")
+        biased = [name for name in KINDS if "total" in name or name == "theo1"]
+        raise OptionError(f"only {', '.join(biased)} have a bias, not {kind!r}", option="kind")
     expected = kernels.theo1_expectation(m, coefficients, tau0)
     # 0.75 m is a half-integer for every other even m; it is interpolated on a power law between its neighbours.
     low, high = np.floor(0.75 * m).astype(np.int64), np.ceil(0.75 * m).astype(np.int64)
     share = np.log(0.75 * m / low) / np.log(np.maximum(high / low, 1 + 1e-9))
-    avar = _allan(coefficients, low, tau0) ** (1 - share) * _allan(coefficients, high, tau0) ** share
-    return np.asarray(expected / avar)
+    avar = [_stationary("allan", coefficients, n=2 * int(m.max()), m=size, tau0=tau0)[0] for size in (low, high)]
+    return np.asarray(expected / (avar[0] ** (1 - share) * avar[1] ** share))
 
 
-def _allan(coefficients: Mapping[str, float], m: NDArray[np.int64], tau0: float) -> NDArray[np.float64]:
-    n = 2 * int(m.max())
-    return kernels.stationary_moments("allan", overlap="full", n=n, m=m, coefficients=coefficients, tau0=tau0)[0]
+def _stationary(
+    kernel: str, coefficients: Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float, overlap: str = "full"
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Expected variances and degrees of freedom."""
+    return kernels.stationary_moments(kernel, overlap=overlap, n=n, m=m, coefficients=coefficients, tau0=tau0)
 
 
 TauGrid = Literal["octave", "half", "quarter", "eighth", "all"]

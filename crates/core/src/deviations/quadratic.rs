@@ -1,6 +1,7 @@
-//! Degrees of freedom of the total variance and of Theo1, whose terms are not a stationary sequence.
+//! Degrees of freedom of the estimators whose terms are not a stationary sequence, or one without a closed autocovariance:
+//! parabolic, total, modified total and Hadamard total variance, and Theo1.
 //!
-//! Both are quadratic forms x'Ax of the phase, with mean tr AΣ and variance 2 tr (AΣ)², where Σ is the
+//! All are quadratic forms x'Ax of the phase, with mean tr AΣ and variance 2 tr (AΣ)², where Σ is the
 //! generalised autocovariance of the phase: A removes the part of Σ that is arbitrary. The computation is exact
 //! and takes N³ steps, so it is limited to records up to [`LONGEST`]. White, flicker and random-walk noise of
 //! the rate are the same at any scale, so that a shorter record with the same ratio of averaging time to
@@ -8,7 +9,8 @@
 //! part of the record.
 
 use super::Kind;
-use super::freedom::Coefficients;
+use super::freedom::{Coefficients, Stationary, moments};
+use crate::allan::Overlap;
 use crate::covariance::PhaseCovariance;
 use crate::error::Error;
 use crate::parallel::prelude::*;
@@ -25,7 +27,10 @@ const REDUCED_SIZE: usize = 48;
 /// Share of quantization noise in the Allan variance below which it is ignored.
 pub const SHARE: f64 = 0.01;
 
-/// Equivalent degrees of freedom of [`Kind::Total`] or [`Kind::Theo1`] at the cluster sizes `m`.
+/// Cluster size of the stretch that represents a longer one in [`bias`].
+const BIAS_SIZE: usize = 64;
+
+/// Equivalent degrees of freedom at the cluster sizes `m`.
 ///
 /// # Errors
 ///
@@ -41,13 +46,29 @@ pub fn degrees_of_freedom(
     kind.check(samples, m)?;
     let scaled =
         |&&m: &&usize| samples > LONGEST && m > REDUCED_SIZE && quantization_share(m, coefficients) > SHARE;
-    if m.iter().any(|m| scaled(&m)) {
+    if !averages_phase(kind) && m.iter().any(|m| scaled(&m)) {
         return Err(Error::Parameter { name: "quantization", value: coefficients.noise[0].sqrt() });
     }
-    if coefficients.ramp > 0.0 {
+    if coefficients.ramp > 0.0 && kind != Kind::HadamardTotal {
         return Err(Error::Parameter { name: "rate_ramp", value: coefficients.ramp.sqrt() });
     }
     Ok(m.par_iter().map(|&m| freedom_at_size(kind, samples, m, coefficients)).collect())
+}
+
+/// Whether an estimator averages the phase over clusters, so that white noise of the phase has a scale too.
+fn averages_phase(kind: Kind) -> bool {
+    matches!(kind, Kind::Parabolic | Kind::ModifiedTotal)
+}
+
+/// Squared coefficients of a record with 1/`scale` times as many samples per time.
+fn scaled_noise(kind: Kind, coefficients: &Coefficients, scale: f64) -> [f64; NOISE_TERMS] {
+    Term::NOISE.map(|term| {
+        let power = match term {
+            Term::Quantization if averages_phase(kind) => -1,
+            _ => term.interval_power(),
+        };
+        coefficients.noise[term.index()] * scale.powi(power)
+    })
 }
 
 fn quantization_share(m: usize, coefficients: &Coefficients) -> f64 {
@@ -66,17 +87,17 @@ fn freedom_at_size(kind: Kind, samples: usize, m: usize, coefficients: &Coeffici
     let reduced = (LONGEST * m / samples).max(REDUCED_SIZE).min(m) / 2 * 2;
     let reduced = if reduced < 2 || m < REDUCED_SIZE { m } else { reduced };
     let scale = m as f64 / reduced as f64;
-    let scaled_coefficient = |term: Term| {
-        let power = term.interval_power();
-        // Quantization noise depends on the scale. Its share is at most `SHARE` here.
-        if power == 0 && reduced != m { 0.0 } else { coefficients.noise[term.index()] * scale.powi(power) }
-    };
-    let noise = Term::NOISE.map(scaled_coefficient);
+    let mut noise = scaled_noise(kind, coefficients, scale);
+    if reduced != m && !averages_phase(kind) {
+        // Its share is at most `SHARE` here.
+        noise[Term::Quantization.index()] = 0.0;
+    }
     let length = samples as f64 / scale;
     // Linear interpolation between two lengths, the nearest ones if possible.
-    let short = (length.floor() as usize).min(LONGEST);
+    // A length that is a whole number, except for rounding, is not rounded down.
+    let short = ((length + 1e-9).floor() as usize).min(LONGEST);
     let (from, to) =
-        if length > LONGEST as f64 { (LONGEST - LONGEST / 4, LONGEST) } else { (short, short + 1) };
+        if length > LONGEST as f64 + 1e-9 { (LONGEST - LONGEST / 4, LONGEST) } else { (short, short + 1) };
     let (low, high) = (traces(kind, from, reduced, noise), traces(kind, to, reduced, noise));
     // Independent terms add to both traces in the same way.
     let fraction = (length - from as f64) / (to - from) as f64;
@@ -85,41 +106,37 @@ fn freedom_at_size(kind: Kind, samples: usize, m: usize, coefficients: &Coeffici
     mean * mean / square
 }
 
+/// Expected modified total variance over the modified Allan variance, or Hadamard total over Hadamard variance. Exact up to
+/// 64 samples; a longer stretch is represented by one of 64 or 63 samples.
+///
+/// # Errors
+///
+/// [`Error::ClusterSize`] for m = 0.
+pub fn bias(kind: Kind, m: &[usize], coefficients: &Coefficients) -> Result<Vec<f64>, Error> {
+    let of_size = |&m: &usize| {
+        let reduced = if m > BIAS_SIZE { BIAS_SIZE - m % 2 } else { m };
+        let noise = scaled_noise(kind, coefficients, m as f64 / reduced.max(1) as f64);
+        let (reference, divisor) = match kind {
+            Kind::ModifiedTotal => (Stationary::Modified, 12.0 * (reduced as f64).powi(5)),
+            _ => (Stationary::Hadamard(Overlap::Full), 36.0 * (reduced as f64).powi(3)),
+        };
+        let samples = 3 * reduced;
+        let variance =
+            moments(reference, samples, &[reduced], &Coefficients { noise, ramp: 0.0 })?[0].variance;
+        if kind == Kind::HadamardTotal && m == 1 {
+            return Ok(1.0);
+        }
+        let stretches = starts(kind, samples, reduced) as f64;
+        Ok(traces(kind, samples, reduced, noise).0 / (divisor * stretches * variance))
+    };
+    m.par_iter().map(of_size).collect()
+}
+
 /// tr AΣ and tr (AΣ)².
 fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; NOISE_TERMS]) -> (f64, f64) {
     let points = samples + 1;
     let s: Vec<f64> = (0..points).map(|lag| autocovariance(lag, noise)).collect();
-    let mut form = vec![0.0; points * points];
-    let mut add = |term: &[(usize, f64)], weight: f64| {
-        for &(i, weight_i) in term {
-            for &(j, weight_j) in term {
-                form[i * points + j] += weight * weight_i * weight_j;
-            }
-        }
-    };
-    if kind == Kind::Theo1 {
-        for start in 0..points - m {
-            for a in 1..=m / 2 {
-                let term = [(start, 1.0), (start + a, -1.0), (start + m - a, -1.0), (start + m, 1.0)];
-                add(&term, 1.0 / a as f64);
-            }
-        }
-    } else {
-        for i in 1..samples {
-            let mut term = vec![(i, -2.0)];
-            if i < m {
-                term.extend([(0, 2.0), (m - i, -1.0)]);
-            } else {
-                term.push((i - m, 1.0));
-            }
-            if i + m > samples {
-                term.extend([(samples, 2.0), (2 * samples - m - i, -1.0)]);
-            } else {
-                term.push((i + m, 1.0));
-            }
-            add(&term, 1.0);
-        }
-    }
+    let form = form(kind, samples, m);
     // AΣ, row by row.
     let mut product = vec![0.0; points * points];
     for (row, form) in product.chunks_mut(points).zip(form.chunks(points)) {
@@ -133,6 +150,114 @@ fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; NOISE_TERMS]) -> (f
     let cells = (0..points).flat_map(|i| (0..points).map(move |j| (i, j)));
     let square: f64 = cells.map(|(i, j)| product[i * points + j] * product[j * points + i]).sum();
     (mean, square)
+}
+
+/// A of a record, row by row, without the divisor of the estimator.
+fn form(kind: Kind, samples: usize, m: usize) -> Vec<f64> {
+    let points = samples + 1;
+    let mut form = vec![0.0; points * points];
+    if kind == Kind::Total {
+        for i in 1..samples {
+            let mut term = vec![(i, -2.0)];
+            if i < m {
+                term.extend([(0, 2.0), (m - i, -1.0)]);
+            } else {
+                term.push((i - m, 1.0));
+            }
+            if i + m > samples {
+                term.extend([(samples, 2.0), (2 * samples - m - i, -1.0)]);
+            } else {
+                term.push((i + m, 1.0));
+            }
+            add(&mut form, points, &term, 1.0);
+        }
+        return form;
+    }
+    // All other estimators treat every stretch of a record alike.
+    let width = stretch_points(kind, m);
+    let stretch = stretch_form(kind, m);
+    for start in 0..starts(kind, samples, m) {
+        for (i, row) in stretch.chunks(width).enumerate() {
+            let from = (start + i) * points + start;
+            form[from..from + width].iter_mut().zip(row).for_each(|(cell, weight)| *cell += weight);
+        }
+    }
+    form
+}
+
+/// Adds the square of Σ weight · x(point).
+fn add(form: &mut [f64], width: usize, term: &[(usize, f64)], factor: f64) {
+    for &(i, weight_i) in term {
+        for &(j, weight_j) in term {
+            form[i * width + j] += factor * weight_i * weight_j;
+        }
+    }
+}
+
+/// Points of the phase in a stretch.
+fn stretch_points(kind: Kind, m: usize) -> usize {
+    match kind {
+        Kind::Theo1 => m + 1,
+        Kind::Parabolic => (2 * m).max(3),
+        Kind::ModifiedTotal => 3 * m,
+        _ => 3 * m + 1,
+    }
+}
+
+/// Number of stretches; the parabolic variance leaves out the last one of several samples.
+fn starts(kind: Kind, samples: usize, m: usize) -> usize {
+    samples + 2 - stretch_points(kind, m) - usize::from(kind == Kind::Parabolic && m > 1)
+}
+
+/// The form of a stretch.
+fn stretch_form(kind: Kind, m: usize) -> Vec<f64> {
+    let width = stretch_points(kind, m);
+    let mut form = vec![0.0; width * width];
+    let mut add = |term: &[(usize, f64)], factor: f64| add(&mut form, width, term, factor);
+    match kind {
+        Kind::Theo1 => {
+            for a in 1..=m / 2 {
+                add(&[(0, 1.0), (a, -1.0), (m - a, -1.0), (m, 1.0)], 1.0 / a as f64);
+            }
+        }
+        Kind::Parabolic if m == 1 => add(&[(0, 1.0), (1, -2.0), (2, 1.0)], 1.0),
+        Kind::HadamardTotal if m == 1 => add(&[(0, 1.0), (1, -3.0), (2, 3.0), (3, -1.0)], 1.0),
+        Kind::Parabolic => {
+            let weight = |k: usize| (m - 1) as f64 / 2.0 - k as f64;
+            let clusters = (0..2 * m).map(|k| (k, if k < m { weight(k) } else { -weight(k - m) }));
+            add(&clusters.collect::<Vec<_>>(), 1.0);
+        }
+        _ => reflected_terms(kind, m).iter().for_each(|term| add(term, 1.0)),
+    }
+    form
+}
+
+/// The 6m second differences of means of a reflected stretch, as weights of the points of the phase.
+fn reflected_terms(kind: Kind, m: usize) -> Vec<Vec<(usize, f64)>> {
+    let length = 3 * m;
+    let half = length / 2;
+    // The slope is Σ slope[i] x(i).
+    let step = 1.0 / (half * (length - half)) as f64;
+    let slope = |i: usize| step * (f64::from(u8::from(i >= length - half)) - f64::from(u8::from(i < half)));
+    let term = |shift: usize| {
+        let mut weights = vec![0.0; length];
+        for k in 0..length {
+            let i = (shift + k) % (2 * length);
+            weights[if i < length { i } else { 2 * length - 1 - i }] += if k / m == 1 { -2.0 } else { 1.0 };
+        }
+        let of_line: f64 = weights.iter().enumerate().map(|(i, weight)| weight * i as f64).sum();
+        weights.iter_mut().enumerate().for_each(|(i, weight)| *weight -= of_line * slope(i));
+        if kind == Kind::HadamardTotal {
+            // A rate is the difference of two points of the phase.
+            weights.push(0.0);
+            for k in (0..length).rev() {
+                weights[k + 1] += weights[k];
+                weights[k] = -weights[k];
+            }
+        }
+        weights.into_iter().enumerate().collect()
+    };
+    (0..2 * length).map(term).collect()
 }
 
 /// s(l) of [`PhaseCovariance`], summed over the terms.
@@ -158,7 +283,8 @@ mod tests {
         mean * mean / square
     }
 
-    const KINDS: [Kind; 2] = [Kind::Total, Kind::Theo1];
+    const KINDS: [Kind; 5] =
+        [Kind::Total, Kind::Theo1, Kind::Parabolic, Kind::ModifiedTotal, Kind::HadamardTotal];
 
     #[test]
     fn total_variance_at_cluster_size_1_is_the_allan_variance() {
@@ -173,8 +299,9 @@ mod tests {
     #[test]
     fn a_short_record_stands_for_a_longer_one() {
         for kind in KINDS {
-            for (samples, m) in [(600, 10), (600, 40), (600, 60), (600, 180), (600, 590)] {
-                for term in if m <= REDUCED_SIZE { 0..4 } else { 1..4 } {
+            let sizes = [(600, 10), (600, 40), (600, 60), (600, 180), (600, 590)];
+            for (samples, m) in sizes.into_iter().filter(|&(samples, m)| m <= kind.largest(samples)) {
+                for term in if m <= REDUCED_SIZE || averages_phase(kind) { 0..4 } else { 1..4 } {
                     let mut coefficients = Coefficients::default();
                     coefficients.noise[term] = 1.0;
                     let got = degrees_of_freedom(kind, samples, &[m], &coefficients).unwrap()[0];

@@ -135,6 +135,12 @@ PROVOKED = {
             lambda: st.deviation(record(), kind="total", overlap="none"),
         ),
     },
+    "identify_noise": {
+        TypeError: (lambda: st.identify_noise([1.0, 2.0]),),
+        st.NonFiniteError: (lambda: st.identify_noise(holes()),),
+        st.RecordTooShortError: (lambda: st.identify_noise(record(n=3)),),
+        st.OptionError: (lambda: st.identify_noise(record(), taus=[150.0]),),
+    },
     "dynamic_allan": {
         KeyError: (lambda: st.dynamic_allan(record(), "gyro_z"),),
         st.OptionError: (

@@ -5,6 +5,7 @@ from .estimators.accumulator import Accumulator
 from .estimators.allan import Curves, DeviationCurve, allan
 from .estimators.curve_table import read_curves
 from .estimators.deviation import Deviation, Deviations, deviation
+from .estimators.noise_identification import NoiseIdentification, NoiseIdentifications, identify_noise
 from .estimators.stability import dynamic_allan
 from .exporting.choices import Choices
 from .exporting.export import export
@@ -96,6 +97,8 @@ __all__ = [
     "Lot",
     "LowPass",
     "NoiseFit",
+    "NoiseIdentification",
+    "NoiseIdentifications",
     "NoiseModel",
     "NonFiniteError",
     "OptionError",
@@ -143,6 +146,7 @@ __all__ = [
     "fit_psd",
     "fit_slope",
     "from_frame",
+    "identify_noise",
     "inspect",
     "judge_lot",
     "list_datasheets",

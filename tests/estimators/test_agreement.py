@@ -3,18 +3,20 @@
 import re
 
 import pytest
+from tests.estimators import agreement
 
 import known
 from conftest import ROOT
 from sigmatau import Record
-from tests.estimators import agreement
 
 PAGE = ROOT / "docs" / "coming-from" / "features.md"
 
 
 def counted(name):
     """Agreeing and compared cells of a row of the page."""
-    row = re.search(rf"^\| {re.escape(name)} \| .* \| (\d+) of (\d+) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    row = re.search(
+        rf"^\| {re.escape(name)} \| .* \| (\d+) of (\d+) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE
+    )
     return int(row[1]), int(row[2])
 
 

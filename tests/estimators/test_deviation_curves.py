@@ -299,6 +299,22 @@ class TestCommandLine:
         assert json.loads(written.read_text()) == result
         assert "[ ]: 95 %" in capsys.readouterr().out
 
+    def test_identified_noise(self, log, tmp_path, capsys):
+        """White noise: the interval of a random walk where it is identified, and the types in the JSON."""
+        arguments = ["deviation", log, "--rate", "100", "--kind", "hadamard", "--taus", "octave"]
+        figure = tmp_path / "figure.svg"
+        assert main([*arguments, "--json", "-", "--noise", "identified", "--plot", str(figure)]) == 0
+        result = json.loads(capsys.readouterr().out)
+        assert main([*arguments, "--json", "-", "--noise", "random_walk"]) == 0
+        expected = json.loads(capsys.readouterr().out)["channels"]["gyro_x"]
+        assert result["identified"]["gyro_x"]["terms"][0] == "random_walk"
+        assert result["channels"]["gyro_x"]["edf"][0] == expected["edf"][0]
+        for name, types in result["identified"].items():
+            same = [alpha in (0, 1) for alpha in types["alpha"]][: len(expected["edf"])]
+            assert np.equal(result["channels"][name]["edf"], expected["edf"]).tolist() == same
+        assert main([*arguments, "--noise", "identified"]) == 0
+        assert "degrees of freedom of the noise identified at each time" in capsys.readouterr().out
+
     @pytest.mark.parametrize(
         ("options", "words"),
         [

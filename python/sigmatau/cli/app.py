@@ -36,7 +36,7 @@ sigmatau inspect static.csv
 sigmatau inspect counts.csv --unit gyro=deg/s --scale gyro=0.0061 --rate 100 --json found.json""",
     ),
     "deviation": (
-        "Compute another deviation of every axis: modified Allan, Hadamard, parabolic, total, time, Theo1, MTIE …",
+        "Compute another deviation of every axis: modified Allan, Hadamard, parabolic, total, time, Theo, MTIE, TIE rms.",
         """\
 sigmatau deviation static.csv --kind hadamard --noise random_walk --plot hadamard.png
 sigmatau deviation static.csv --kind mtie --taus 0.1,1 --json mtie.json""",

@@ -21,6 +21,7 @@ from sigmatau.cli.reading import ReadingOptions, read_log
 from sigmatau.cli.settings import DeviationSettings
 from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind, estimator
+from sigmatau.estimators.noise_identification import identify_noise
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.tables import deviation_table
 from sigmatau.noise.shown import set_shown
@@ -55,8 +56,8 @@ def deviation_command(
     overlap
         For the Hadamard deviation: all terms (full, the default), or disjoint clusters only (none).
     noise
-        Noise term assumed for 95 % intervals: quantization, random_walk, bias_instability or rate_random_walk. Default: no
-        intervals.
+        Noise term assumed for 95 % intervals: quantization, random_walk, bias_instability or rate_random_walk; or
+        identified, the type of the noise at each averaging time by its lag-1 autocorrelation. Default: no intervals.
     plot
         Draw all axes: .png, .svg or .pdf.
     style
@@ -78,9 +79,14 @@ def deviation_command(
         deviations = deviation(record, kind=kind, overlap=overlap, progress=done, **how)
     names = with_noise({name: deviations[name].deviation for name in deviations}, "deviation", quiet=quiet)
     deviations = Deviations({name: deviations[name] for name in names})
-    table = deviation_table(deviations, noise=noise)
+    types = identify_noise(record) if noise == "identified" else None
+    assumed = noise if types is None else types
+    table = deviation_table(deviations, noise=assumed)
     if plot is not None:
         with drawing(plot, style, quiet=quiet):
-            write_figure(deviations.plot(noise=noise), plot)
-    write_result(table, {"sigmatau": __version__, "noise": noise, "channels": deviations.to_dict(noise=noise)}, json)
+            write_figure(deviations.plot(noise=assumed), plot)
+    result: dict[str, object] = {"sigmatau": __version__, "noise": noise, "channels": deviations.to_dict(noise=assumed)}
+    if types is not None:
+        result["identified"] = types.to_dict()
+    write_result(table, result, json)
     return damaged(record.findings)

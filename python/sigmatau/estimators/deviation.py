@@ -18,7 +18,8 @@ from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError
 from sigmatau.estimators import deviation_kinds, theo
 from sigmatau.estimators.allan import Overlap, refuse_missing
-from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator, sizes_for, tau_in_samples
+from sigmatau.estimators.deviation_kinds import KINDS, Kind, Noise, TauGrid, estimator, sizes_for, tau_in_samples
+from sigmatau.estimators.noise_identification import NoiseIdentifications, channel_noise
 from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors
 from sigmatau.record.record import Record, need_record
@@ -95,14 +96,15 @@ class Deviation(Printed):
         overlapped = "non-overlapped " if self.overlap == "none" else ""
         return overlapped + KINDS[self.kind].label
 
-    def edf(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
+    def edf(self, *, noise: Noise) -> NDArray[np.float64]:
         """Equivalent degrees of freedom of the squared deviations; see
         `sigmatau.estimators.deviation_kinds.degrees_of_freedom`.
 
         Parameters
         ----------
-        noise : str or mapping of str to float
-            The name of a term, or coefficients such as `NoiseFit.model`. [SI]
+        noise : str, mapping of str to float, or tuple of str
+            The name of a term, coefficients such as `NoiseFit.model`, or the name of a term for each averaging time, such as
+            `NoiseIdentification.terms_near`. [SI]
 
         Returns
         -------
@@ -130,14 +132,12 @@ class Deviation(Printed):
         """
         return deviation_kinds.bias(self.kind, noise, n=self.n, m=self.m, tau0=self.tau0)
 
-    def interval(
-        self, *, noise: str | Mapping[str, float], level: float = 0.95
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def interval(self, *, noise: Noise, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Confidence interval of the expected deviation of this kind, by χ² with `edf`.
 
         Parameters
         ----------
-        noise : str or mapping of str to float
+        noise : str, mapping of str to float, or tuple of str
             As in `Deviation.edf`.
         level : float
             Probability that the interval contains the true value.
@@ -150,12 +150,12 @@ class Deviation(Printed):
         low, high = chi2_factors(self.edf(noise=noise), level=level)
         return self.deviation * low, self.deviation * high
 
-    def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
+    def to_dict(self, *, noise: Noise | None = None) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library.
 
         Parameters
         ----------
-        noise : str or mapping of str to float, optional
+        noise : str, mapping of str to float, or tuple of str, optional
             As in `Deviation.edf`; the columns then have the 95 % interval too.
 
         Returns
@@ -168,9 +168,7 @@ class Deviation(Printed):
             columns |= {"low": low.tolist(), "high": high.tolist(), "edf": self.edf(noise=noise).tolist()}
         return columns
 
-    def plot(
-        self, ax: Axes | None = None, *, unit: str | None = None, noise: str | Mapping[str, float] | None = None
-    ) -> Figure:
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None, noise: Noise | None = None) -> Figure:
         """Draw the curve, with its 95 % band if there is a `noise`.
 
         Parameters
@@ -179,7 +177,7 @@ class Deviation(Printed):
             Default: a new figure.
         unit : str, optional
             Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
-        noise : str or mapping of str to float, optional
+        noise : str, mapping of str to float, or tuple of str, optional
             As in `Deviation.edf`.
 
         Returns
@@ -215,29 +213,32 @@ class Deviations(ByChannel[Deviation]):
 
     __slots__ = ()
 
-    def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
+    def to_dict(self, *, noise: Noise | NoiseIdentifications | None = None) -> dict[str, Any]:
         """Each deviation as plain columns, by channel.
 
         Parameters
         ----------
-        noise : str or mapping of str to float, optional
-            As in `Deviation.edf`; the columns then have the 95 % interval too.
+        noise : str, mapping of str to float, or tuple of str, optional
+            As in `Deviation.edf`, or the `NoiseIdentifications` of the record; the columns then have the 95 % interval too.
 
         Returns
         -------
         dict
         """
-        return {channel: deviation.to_dict(noise=noise) for channel, deviation in self.items()}
+        return {
+            channel: deviation.to_dict(noise=None if noise is None else channel_noise(noise, channel, deviation.tau))
+            for channel, deviation in self.items()
+        }
 
-    def plot(self, ax: Panels = None, *, noise: str | Mapping[str, float] | None = None) -> Figure:
+    def plot(self, ax: Panels = None, *, noise: Noise | NoiseIdentifications | None = None) -> Figure:
         """Draw all deviations, one panel per quantity and unit.
 
         Parameters
         ----------
         ax : matplotlib axes, or sequence of them, optional
             One per panel. Default: a new figure.
-        noise : str or mapping of str to float, optional
-            As in `Deviation.edf`; each curve then has its 95 % band.
+        noise : str, mapping of str to float, or tuple of str, optional
+            As in `Deviation.edf`, or the `NoiseIdentifications` of the record; each curve then has its 95 % band.
 
         Returns
         -------
@@ -245,7 +246,11 @@ class Deviations(ByChannel[Deviation]):
         """
         from sigmatau.plot.curves import draw_deviations
 
-        bands = {} if noise is None else {name: deviation.interval(noise=noise) for name, deviation in self.items()}
+        bands = (
+            {}
+            if noise is None
+            else {name: curve.interval(noise=channel_noise(noise, name, curve.tau)) for name, curve in self.items()}
+        )
         return draw_deviations(self, bands, ax=ax)
 
 

@@ -23,6 +23,8 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import NOISE, TERMS
 
+Noise = str | Mapping[str, float] | tuple[str, ...]
+
 _MAX_SAMPLES = 20_000  # number of samples up to which every averaging time is computed separately
 
 Kind = Literal[
@@ -171,7 +173,7 @@ def check_coefficients(noise: str | Mapping[str, float]) -> dict[str, float]:
 
 
 def degrees_of_freedom(
-    kind: str, noise: str | Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float, overlap: str = "full"
+    kind: str, noise: Noise, *, n: int, m: NDArray[np.int64], tau0: float, overlap: str = "full"
 ) -> NDArray[np.float64]:
     """Equivalent degrees of freedom of each variance, 2·E²/Var, for Gaussian noise of the given coefficients.
 
@@ -181,7 +183,8 @@ def degrees_of_freedom(
     variance, does not affect the Hadamard and the Hadamard total variance, and is refused for the others. MTIE, TIE rms,
     TheoBR and TheoH have no known distribution: the ratio in TheoBR is uncertain too.
 
-    `noise`: a term's name, or coefficients in SI, as in `sigmatau.noise.terms.TERMS`; `tau0`: sample interval [s].
+    `noise`: a term's name, coefficients in SI, as in `sigmatau.noise.terms.TERMS`, or a tuple of a term's name for each
+    size; `tau0`: sample interval [s].
     """
     kernel = estimator(kind).kernel
     if kind in ("theobr", "theoh", "mtie", "tie_rms"):
@@ -189,6 +192,12 @@ def degrees_of_freedom(
             f"the distribution of the {estimator(kind).label} is not known: no degrees of freedom and no interval",
             option="noise",
         )
+    if isinstance(noise, tuple):
+        edf = np.empty(len(m))
+        for term in set(noise):
+            same = np.array([term == name for name in noise])
+            edf[same] = degrees_of_freedom(kind, term, n=n, m=m[same], tau0=tau0, overlap=overlap)
+        return edf
     coefficients = check_coefficients(noise)
     if kernel in ("modified", "hadamard"):
         return _stationary(kernel, coefficients, n=n, m=m, tau0=tau0, overlap=overlap)[1]

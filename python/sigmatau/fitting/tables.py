@@ -9,6 +9,8 @@ import numpy as np
 
 from sigmatau.digits import round_to_error
 from sigmatau.estimators.deviation import Deviation
+from sigmatau.estimators.deviation_kinds import Noise
+from sigmatau.estimators.noise_identification import NoiseIdentifications, channel_noise
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
@@ -163,7 +165,7 @@ def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
     return "\n".join(wrapped([_LEGEND, *ranges, *_look_alikes(pairs)]))
 
 
-def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:
+def deviation_table(deviations: Mapping[str, Deviation], *, noise: Noise | NoiseIdentifications | None = None) -> str:
     """Deviations by channel in the units of figures, with their 95 % intervals if the `noise` is given."""
     from sigmatau.plot.curves import curve_unit
 
@@ -178,12 +180,15 @@ def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping
         ]
         texts = [f"{terms} terms" for terms in curve.n_terms]
         if noise is not None:
-            low, high = (ends / factor for ends in curve.interval(noise=noise))
+            low, high = (ends / factor for ends in curve.interval(noise=channel_noise(noise, channel, curve.tau)))
             cells = [round_to_error(*ends).cells for ends in zip(curve.deviation / factor, low, high, strict=True)]
             rows = [(tau, value) for (tau, _), (value, _) in zip(rows, cells, strict=True)]
             texts = [interval for _, interval in cells]
         lines += [f"  {tau:>12}  {value:<11}  {text}" for (tau, value), text in zip(rows, texts, strict=True)]
     if noise is not None:
-        shown = noise if isinstance(noise, str) else ", ".join(noise)
+        identified = isinstance(noise, NoiseIdentifications)
+        shown = (
+            "the noise identified at each time" if identified else noise if isinstance(noise, str) else ", ".join(noise)
+        )
         lines += ["", f"[ ]: 95 % interval by χ² with the degrees of freedom of {shown.replace('_', ' ')}."]
     return "\n".join(lines)

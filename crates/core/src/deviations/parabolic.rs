@@ -53,7 +53,9 @@ fn squares_of_block(phase: &Phase, m: usize, start: usize, starts: usize) -> Sum
             let pairs = points[k..].iter().zip(&points[k + m..]);
             terms.iter_mut().zip(pairs).for_each(|(term, (x, y))| *term += weight * (x - y));
         }
-        terms.iter().for_each(|term| sum.add(term * term));
+        for term in terms {
+            sum.add(term * term);
+        }
         return sum.normalized();
     }
     let area = running(points.iter().copied());

@@ -13,9 +13,11 @@ use std::ops::{Deref, DerefMut};
 const LINE: usize = 8;
 
 /// Number of floats in a large page of most processors.
+#[cfg(any(test, feature = "threads"))]
 const LARGE_PAGE: usize = (1 << 21) / size_of::<f64>();
 
 /// Number of floats above which large pages are requested.
+#[cfg(any(test, feature = "threads"))]
 const WORTH_PAGES: usize = 2 * LARGE_PAGE;
 
 /// Floats, the first of them at the beginning of a cache line.
@@ -50,7 +52,7 @@ impl Points {
         if self.capacity() < count || matches!(self.memory, Memory::Heap(_)) {
             self.memory = Memory::of(count, std::mem::take(&mut self.memory))?;
             // It only affects the time of a load.
-            let line = if count < WORTH_PAGES { LINE } else { LARGE_PAGE };
+            let line = self.memory.line();
             self.start = self.memory.numbers().as_ptr().align_offset(line * size_of::<f64>()).min(line - 1);
         }
         self.count = count;
@@ -107,6 +109,15 @@ impl Memory {
         numbers.try_reserve(more).map_err(|_| Error::Memory { bytes: more * size_of::<f64>() })?;
         numbers.resize(size, 0.0);
         Ok(Self::Heap(numbers))
+    }
+
+    /// Number of floats to a multiple of which the first one is aligned; the memory has room for as many more.
+    fn line(&self) -> usize {
+        match self {
+            Self::Heap(_) => LINE,
+            #[cfg(feature = "threads")]
+            Self::Pages(_) => LARGE_PAGE,
+        }
     }
 
     fn numbers(&self) -> &[f64] {

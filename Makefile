@@ -2,7 +2,7 @@
 # PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
 export PYTHON
 .DEFAULT_GOAL := help
-.PHONY: help doctor build dev demo test docs bench bench-io fuzz study paper wheel lock clean
+.PHONY: help doctor build dev demo test docs alive bench bench-io fuzz study paper wheel lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-9s%s\n' "$$name" "$$what"; done
@@ -28,6 +28,9 @@ test: ## all checks and tests, as CI runs them; or some: make test STEPS="clippy
 docs: build ## the site of the documentation: target/docs/html/index.html
 	@scripts/venv.sh docs
 	@.venv/bin/python docs/website/build.py
+
+alive: ## the theory page that runs the numerics as WebAssembly: target/alive/index.html
+	@scripts/alive.sh
 
 bench: build ## speed, against other packages and the machine: docs/performance.md; ROUNDS=9, BILLION=1 pushes 10⁹ samples
 	@scripts/venv.sh bench

@@ -4,7 +4,7 @@
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"
 
-newer() { find crates Cargo.toml Cargo.lock pyproject.toml -name tests -prune -o -newer .venv/.built -print; }
+newer() { find crates Cargo.toml Cargo.lock pyproject.toml \( -name tests -o -path crates/web \) -prune -o -newer .venv/.built -print; }
 if [[ -e .venv/.built && -n $(find python/sigmatau -name '_core*.so') && -z $(newer) ]]; then
     exit 0
 fi

@@ -20,6 +20,14 @@ def _cpu() -> float:
     return sum(os.times()[:4])
 
 
+def add_alive(site: Path) -> None:
+    """Add the theory page: the one of `make alive` if it was made, otherwise a page that says how to make it."""
+    root = Path(__file__).resolve().parents[2]
+    made, instead = root / "target" / "alive" / "index.html", root / "docs" / "alive" / "index.html"
+    (site / "alive").mkdir(exist_ok=True)
+    shutil.copyfile(made if made.exists() else instead, site / "alive" / "index.html")
+
+
 def main() -> int:
     """Build and check the site; return the exit code of the build, or 1 if a check fails."""
     from sphinx.cmd.build import main as sphinx
@@ -37,6 +45,7 @@ def main() -> int:
         return status
     times.append(_cpu())
     excerpts.write(out / "html")
+    add_alive(out / "html")
     complaints = [*checks.offline(out / "html"), *checks.pictures(out / "html")]
     if checks.node() is None and "--all" not in sys.argv:
         sys.stderr.write("The search was not tried: there is no node (Node.js).\n")

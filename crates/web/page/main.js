@@ -1,0 +1,205 @@
+// The page: sliders change the curves at once, the record in a worker, and the estimate a moment later in another.
+
+import { make } from "./page.js";
+import { recolourCharts } from "./chart.js";
+import { coreOf, denseSizes, frequenciesOf, moduleOf, workerOf } from "./core.js";
+import { byId, figures, legend, shown } from "./figures.js";
+import { lineByHand, readings } from "./read_off.js";
+import { estimateOf, showErrors, showEstimate, showPlan, verdictText } from "./results.js";
+import { modelNow, PRESETS, samplesNow, sensor, settings, slider, termName, TERMS, timeText, usePreset, useSensor, MAX_SAMPLES } from "./settings.js";
+import { logReader } from "./log.js";
+
+const QUIET = 200; // time without a change after which the record is estimated [ms]
+
+/** Time of the work in each frame, for measurements. [ms] */
+const frames = [];
+
+function themeButton() {
+  const root = document.documentElement, dark = matchMedia("(prefers-color-scheme: dark)"), button = byId("theme");
+  const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : dark.matches);
+  const apply = () => { button.textContent = isDark() ? "Light" : "Dark"; recolourCharts(); };
+  button.addEventListener("click", () => { root.dataset.theme = isDark() ? "light" : "dark"; apply(); });
+  dark.addEventListener("change", apply);
+  apply();
+}
+
+function start(module) {
+  const call = coreOf(module), script = byId("worker").textContent;
+  const drawn = figures(call);
+  const recorder = workerOf(module, script, onanswer), estimator = workerOf(module, script, onanswer);
+  let number = 0, timer = 0;
+  let sent = "", asked = null; // the log that the workers have; what the plan was asked for
+  const stale = new Set(); // what the next frame draws: "model", "record", "density"
+
+  const request = () => ({ number, model: drawn.model() ?? modelNow(), samples: drawn.samples(), seed: settings.seed, log: shown.log });
+
+  /** Draw something in the next frame. */
+  function draw(what) {
+    if (!stale.size) requestAnimationFrame(frame);
+    stale.add(what);
+  }
+
+  /** A change of the settings: the curves in the next frame. */
+  function change() {
+    number++;
+    draw("model");
+    clearTimeout(timer);
+    timer = setTimeout(estimate, QUIET);
+  }
+
+  function frame() {
+    const begun = performance.now();
+    if (stale.has("model")) {
+      if (!shown.log) shown.fit = shown.density = null;
+      for (const { show } of sliders.values()) show();
+      drawn.drawModel();
+      askRecord();
+      showState();
+    }
+    drawn.drawDeviation();
+    drawn.drawDensity();
+    if (stale.has("record")) drawn.drawRecord();
+    stale.clear();
+    frames.push(performance.now() - begun);
+  }
+
+  /** A log is sent once; a simulated record is made after each change. */
+  function askRecord() {
+    if (shown.log && shown.log.id === sent) return;
+    sent = shown.log?.id ?? "";
+    recorder.ask("record", { ...request(), columns: drawn.columns() });
+    if (shown.log) estimator.ask("density", request());
+  }
+
+  function estimate() {
+    if (shown.log) return;
+    showEstimate(byId("coefficients"));
+    estimator.ask("estimate", request());
+    askPlan();
+  }
+
+  function askPlan() {
+    const tau = Math.max(Number(byId("plan-tau").value) || 100, drawn.tau0()), error = (Number(byId("plan-error").value) || 10) / 100;
+    const size = Math.min(Math.max(1, Math.round(tau / drawn.tau0())), 5e7);
+    asked = { tau: size * drawn.tau0(), error };
+    estimator.ask("plan", { number, model: modelNow(), size, error });
+  }
+
+  function onanswer(answer) {
+    if (answer.kind === "record" && !answer.failed) {
+      const size = sensor().rate[1], tau0 = drawn.tau0(), adev = answer.adev.map((value) => value / size);
+      shown.curve = { tau: answer.sizes.map((m) => m * tau0), adev, low: null, high: null };
+      if (answer.freedom) {
+        shown.curve.low = adev.map((value, k) => value * answer.freedom[3 * k + 1]);
+        shown.curve.high = adev.map((value, k) => value * answer.freedom[3 * k + 2]);
+      }
+      shown.envelope = answer.envelope ?? shown.envelope;
+      draw("record");
+      if (answer.number === number) {
+        drawn.drawError(answer.sizes, answer.freedom);
+        showErrors(byId("errors"), drawn);
+      }
+    }
+    if (answer.number !== number) return;
+    if (answer.kind === "plan" && !answer.failed) showPlan(byId("plan"), { ...asked, ...answer });
+    if (answer.kind === "estimate" || answer.kind === "density") {
+      const size = sensor().rate[1];
+      shown.samples = drawn.samples();
+      if (answer.density) {
+        const f = answer.density.filter((_, k) => k % 2 === 0), s = answer.density.filter((_, k) => k % 2).map((value) => value / size ** 2);
+        shown.density = { f, s };
+      }
+      if (answer.kind === "estimate") {
+        shown.fit = answer.failed || !answer.values ? { failed: true } : { estimate: estimateOf([...answer.values]), time: answer.time, values: [...answer.values] };
+        if (shown.fit.estimate) shown.fit.curve = fittedCurve(shown.fit.estimate);
+        showEstimate(byId("coefficients"));
+        byId("verdict").textContent = verdictText();
+      }
+      draw("density");
+    }
+    if (answer.kind === "samples") save(answer.rate);
+  }
+
+  /** The Allan deviation of the estimated coefficients. */
+  function fittedCurve({ terms, processes }) {
+    const sizes = denseSizes(drawn.samples()), tau0 = drawn.tau0(), total = new Float64Array(sizes.length);
+    const add = (values) => values.forEach((value, k) => { total[k] += value; });
+    const of = (model) => call("avar", model, sizes).subarray(0, sizes.length);
+    add(of([...TERMS.map(({ id }) => terms[id].model), 0, 1, 0, 1, tau0]));
+    for (const { sigma, time } of processes) add(of([0, 0, 0, 0, 0, sigma[0], time[0], 0, 1, tau0]));
+    return { x: sizes.map((m) => m * tau0), y: [...total].map((value) => Math.sqrt(value) / sensor().rate[1]) };
+  }
+
+  function save(rate) {
+    const [unit, size] = sensor().file, lines = [`time [s],${sensor().channel} [${unit}]`];
+    rate.forEach((value, k) => lines.push(`${Number((k * drawn.tau0()).toFixed(6))},${(value / size).toPrecision(12)}`));
+    const link = make("a", { href: URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" })), download: "simulated.csv" });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
+  function showState() {
+    const { value } = settings, wanted = value.hours * 3600 * value.rate;
+    byId("length").textContent = `${samplesNow().toLocaleString("en")} samples, ${timeText(samplesNow() / value.rate)}${wanted > MAX_SAMPLES ? `: at most ${MAX_SAMPLES.toLocaleString("en")} here` : ""}`;
+    document.body.classList.toggle("logged", Boolean(shown.log));
+    byId("verdict").textContent = verdictText();
+    byId("source").textContent = shown.log ? `Record: ${shown.log.name}` : "Record: simulated";
+    sliders.get("corner").row.hidden = settings.order === 0;
+    sliders.get("time").row.hidden = !settings.on.sigma;
+    byId("order").value = String(settings.order);
+    byId("sensor").value = settings.sensor;
+    line.refresh();
+  }
+
+  const only = (id) => () => {
+    for (const key of Object.keys(settings.on)) settings.on[key] = key === id;
+    settings.order = 0;
+    change();
+  };
+  const sliders = new Map();
+  const add = (place, id, name, note, options) => {
+    const made = slider(id, name, note, change, options);
+    sliders.set(id, made);
+    byId(place).append(made.row);
+  };
+  for (const { id } of TERMS) add("terms", id, id, "", { toggled: true, only: only(id) });
+  /** Names of the terms, which differ by sensor. */
+  function rename() {
+    for (const { id, colour, slopeText, paper } of TERMS)
+      sliders.get(id).row.querySelector("label").replaceChildren(make("b", { style: `color: var(--${colour})` }, id), ` ${termName(id)}`, make("small", {}, `slope ${slopeText}; ${paper}`));
+  }
+  rename();
+  add("process", "sigma", "σ", "Gauss–Markov process: a hump", { toggled: true, only: only("sigma") });
+  add("process", "time", "T", "its correlation time", {});
+  add("sampling", "corner", "Corner", "of the filter", {});
+  add("sampling", "rate", "Rate", "", {});
+  add("sampling", "hours", "Length", "of the record", {});
+
+  for (const name of Object.keys(PRESETS)) byId("presets").append(make("button", { type: "button", onclick: () => { usePreset(name); rename(); readings.clear(); change(); } }, name));
+  byId("order").addEventListener("change", () => { settings.order = Number(byId("order").value); change(); });
+  byId("sensor").addEventListener("change", () => { useSensor(byId("sensor").value); rename(); readings.clear(); change(); });
+  byId("again").addEventListener("click", () => { settings.seed++; change(); });
+  byId("save").addEventListener("click", () => recorder.ask("samples", request()));
+  byId("show-parts").addEventListener("change", () => { drawn.drawDeviation(); drawn.drawDensity(); });
+  for (const id of ["plan-tau", "plan-error"]) byId(id).addEventListener("change", askPlan);
+  byId("deviation").before(legend([["ink", "model"], ["link", "this record, with 95 % intervals"], ["soft", "each term", true], ["link", "estimate", true]]));
+  byId("error").before(legend([["axis-1", "eq. (26)", true], ["axis-0", "exact, for this noise"]]));
+  const line = lineByHand(drawn, byId("by-hand"), () => showEstimate(byId("coefficients")));
+  logReader(byId("log"), (log) => {
+    Object.assign(shown, { log, curve: null, envelope: null, density: null, fit: null });
+    readings.clear();
+    rename();
+    change();
+    if (log) scrollTo({ top: 0 });
+  });
+
+  themeButton();
+  change();
+  // For the tests of the page, and for those who look behind it.
+  window.alive = { settings, shown, frames, change, call, readings, modelNow, figures: drawn, grids: (samples, tau0) => ({ sizes: denseSizes(samples), frequencies: frequenciesOf(samples, tau0) }) };
+}
+
+moduleOf(byId("core").textContent).then(start).catch((error) => {
+  byId("problem").hidden = false;
+  byId("problem").textContent = `This browser cannot run the page: ${error.message}. A browser of 2023 or later can.`;
+});

@@ -1,0 +1,302 @@
+"""The theory page in a browser: its numbers against those of the package, offline from a file, on a phone, by keys.
+
+The page is made by `make alive`, which needs a toolchain for WebAssembly; without the page, the tests are skipped.
+"""
+
+import json
+import math
+import shutil
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+
+import sigmatau as st
+from conftest import ROOT
+from known import seed_of
+from sigmatau.fitting.likelihood import fit_samples
+from sigmatau.model.processes import LowPass
+from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
+
+PAGE = ROOT / "target" / "alive" / "index.html"
+TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
+PHONE = {"viewport": {"width": 390, "height": 844}, "is_mobile": True, "has_touch": True}
+LIMIT = 120  # longest time for an answer of a worker [s]
+
+needs_page = pytest.mark.skipif(not PAGE.exists(), reason="no target/alive/index.html: make alive")
+
+
+@pytest.fixture
+def opened(browser):
+    """Open the page from its file, without a network; at the end, check that it reported no error and asked for nothing."""
+    contexts, complaints = [], []
+
+    def open_page(**options):
+        context = browser.new_context(**({"viewport": {"width": 1440, "height": 900}, "offline": True} | options))
+        contexts.append(context)
+        tab = context.new_page()
+        tab.set_default_timeout(1000 * LIMIT)
+        tab.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
+        tab.on("pageerror", lambda error: complaints.append(f"error: {error}"))
+        tab.on("request", lambda request: complaints.append(request.url) if is_remote(request.url) else None)
+        tab.goto(PAGE.as_uri())
+        until(tab, "window.alive && alive.shown.fit")
+        return tab
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+def is_remote(url):
+    return url != PAGE.as_uri() and not url.startswith(("blob:", "data:"))
+
+
+def until(tab, condition):
+    """Wait for a condition; the policy of the page allows no text as code, in which Playwright's own wait consists."""
+    end = time.monotonic() + LIMIT
+    while not tab.evaluate(f"Boolean({condition})"):
+        assert time.monotonic() < end, f"not in {LIMIT} s: {condition}"
+        tab.wait_for_timeout(50)
+
+
+def models(count):
+    """Models in SI as the page has them: five terms, Gauss-Markov process, filter, sample interval."""
+    rng = np.random.default_rng(seed_of("settings of the theory page"))
+    for k in range(count):
+        present = rng.random(6) < 0.7
+        present[1] |= not present.any()
+        sizes = 10 ** rng.uniform([-7, -6, -7, -8, -9, -6], [-4, -3, -4, -5, -6, -3]) * present
+        order = k % 3 if present[1] else 0
+        rate = float(rng.choice([1, 5, 20, 100, 1000]))
+        yield [*sizes, 10 ** rng.uniform(0, 4), order, rate * 10 ** rng.uniform(-1.5, 0.3), 1 / rate]
+
+
+def channel_model(values):
+    """The same model in the package."""
+    terms = {name: value for name, value in zip(TERMS, values[:5], strict=True) if value}
+    sigma, correlation_time, order, corner, _ = values[5:]
+    return st.ChannelModel(
+        terms=terms,
+        gauss_markov=(st.GaussMarkov(sigma=sigma, time=correlation_time),) if sigma else (),
+        bandwidth=LowPass(order=int(order), corner=corner) if order else None,
+    )
+
+
+CURVES = """([model, samples]) => {
+    const {sizes, frequencies} = alive.grids(samples, model[9]);
+    return {sizes, frequencies, avar: [...alive.call("avar", model, sizes)].slice(0, sizes.length),
+            psd: [...alive.call("psd", model, frequencies)].slice(0, frequencies.length)};
+}"""
+
+
+@needs_page
+def test_curves_are_those_of_the_package(opened):
+    tab = opened()
+    largest = 0.0
+    for values in models(30):
+        shown = tab.evaluate(CURVES, [values, 100_000])
+        model, tau0 = channel_model(values), values[9]
+        avar = model.avar(m=[int(size) for size in shown["sizes"]], tau0=tau0)
+        psd = model.psd(shown["frequencies"], tau0=tau0)
+        for name, expected in (("avar", avar), ("psd", psd)):
+            got = np.array(shown[name])
+            # A density of 0 is that of a filter far above its corner, and of a model of a ramp alone.
+            assert (got[expected == 0] == 0).all()
+            seen = expected > 0
+            largest = max(largest, float(np.abs(got[seen] / expected[seen] - 1).max(initial=0)))
+    # The functions of the two mathematical libraries differ in the last bit.
+    assert largest <= 1e-12
+
+
+@needs_page
+def test_curves_on_the_figures_follow_the_settings(opened):
+    tab = opened()
+    for name, unit in (("gyro", math.radians(1) / 3600), ("accel", 9.80665e-6)):
+        tab.locator("#sensor").select_option(name)
+        tab.locator("#slider-N").fill("260")
+        until(tab, "alive.shown.fit")
+        shown = tab.evaluate(
+            """() => {
+                const curve = alive.figures.curve(), density = alive.figures.density();
+                return {model: alive.modelNow(), tau: curve.tau, adev: [...curve.all], f: density.f, psd: [...density.all]};
+            }"""
+        )
+        model, tau0 = channel_model(shown["model"]), shown["model"][9]
+        adev = model.adev(m=np.rint(np.array(shown["tau"]) / tau0).astype(int), tau0=tau0)
+        assert np.array(shown["adev"]) * unit == pytest.approx(adev, rel=1e-12)
+        assert np.array(shown["psd"]) * unit**2 == pytest.approx(model.psd(shown["f"], tau0=tau0), rel=1e-12)
+
+
+RECORDED = """([model, samples, seed]) => {
+    alive.call("simulate", model, samples, seed, 10);
+    return {rate: [...alive.call("record")], fit: [...alive.call("fit")]};
+}"""
+RECORDS = [
+    [0, 1e-4, 1e-5, 1e-6, 0, 0, 60, 0, 20, 0.01],
+    [2e-5, 5e-5, 0, 0, 0, 0, 60, 0, 20, 0.01],
+    [0, 1e-4, 0, 0, 0, 1e-4, 60, 0, 20, 0.05],
+    [0, 1e-4, 1e-5, 0, 0, 0, 60, 1, 10, 0.01],
+    [0, 1e-4, 0, 2e-6, 0, 0, 60, 2, 15, 0.01],
+    [0, 1e-4, 0, 0, 3e-7, 0, 60, 0, 20, 0.02],
+]
+
+
+@needs_page
+@pytest.mark.parametrize("values", RECORDS)
+def test_coefficients_are_those_of_the_package(opened, values):
+    tab = opened()
+    samples, seed, rate = 100_000, 3, round(1 / values[9])
+    got = tab.evaluate(RECORDED, [values, samples, seed])
+    model = channel_model(values)
+    if not values[7]:  # the generator of filtered noise has other states in the package
+        simulated = st.simulate(
+            st.NoiseModel(channels={"gyro_x": model}), duration=samples / rate, rate=rate, rng=seed
+        ).streams[0]
+        expected = np.asarray(simulated.samples.read(0, 0, samples))
+        assert np.abs(np.array(got["rate"]) - expected).max() <= 1e-12 * np.abs(expected).max()
+    record = st.Record.from_arrays(rate=rate, gyro_x=np.array(got["rate"]))
+    fit = fit_samples(record.streams[0], "gyro_x")
+    verdict, p_value, tau_min, tau_max = got["fit"][:4]
+    assert ["adequate", "adequate_with", "widened"][int(verdict)] == fit.verdict
+    assert p_value == pytest.approx(fit.p_value, abs=1e-3)
+    assert (tau_min, tau_max) == pytest.approx((fit.tau_min, fit.tau_max), rel=1e-6)
+    for k, name in enumerate(TERMS):
+        observed, *numbers = got["fit"][4 + 6 * k : 9 + 6 * k]
+        term = fit[name]
+        assert bool(observed) == term.observed, name
+        if term.observed:
+            error = 0.01 * (term.high - term.low)
+            assert numbers[:3] == pytest.approx([term.value, term.low, term.high], abs=error), name
+        else:
+            limit = math.nan if term.upper_limit is None else term.upper_limit
+            assert numbers[3] == pytest.approx(limit, rel=0.01, nan_ok=True), name
+    processes = np.array(got["fit"][37:]).reshape(-1, 2, 3)
+    assert len(processes) == len(fit.gauss_markov)
+    for numbers, process in zip(processes, fit.gauss_markov, strict=True):
+        for ends, of in zip(numbers, (process.sigma, process.time), strict=True):
+            assert ends == pytest.approx([of.value, of.low, of.high], abs=0.01 * (of.high - of.low))
+
+
+@needs_page
+def test_estimate_of_the_page_is_that_of_its_record(opened):
+    tab = opened()
+    shown, again = tab.evaluate(
+        """() => {
+            const {settings, figures} = alive;
+            alive.call("simulate", alive.modelNow(), figures.samples(), settings.seed, 10);
+            return [alive.shown.fit.values, [...alive.call("fit")]];
+        }"""
+    )
+    assert len(shown) == len(again) > 30
+    assert np.array_equal(np.array(shown, dtype=float), np.array(again, dtype=float), equal_nan=True)
+
+
+@needs_page
+def test_errors_and_lengths_are_those_of_the_package(opened):
+    tab = opened()
+    values = [0, 1e-4, 2e-5, 1e-6, 0, 0, 60, 0, 20, 0.01]
+    coefficients = channel_model(values).terms
+    n, sizes = 100_000, [1, 10, 1000, 30_000]
+    got = np.array(tab.evaluate("([m, n, s]) => [...alive.call('freedom', m, n, s)]", [values, n, sizes])).reshape(
+        -1, 3
+    )
+    edf = degrees_of_freedom(coefficients, n=n, m=sizes, tau0=0.01)
+    assert got[:, 0] == pytest.approx(edf, rel=1e-9)
+    for got_factors, factors in zip(got[:, 1:].T, chi2_factors(edf), strict=True):
+        assert got_factors == pytest.approx(factors, rel=1e-9)
+    # The length for an error: at it, the exact error is the one asked for, to the two digits of the search.
+    needed = int(tab.evaluate("m => alive.call('needed', m, 1000, 0.05)[0]", values))
+    (edf,) = degrees_of_freedom(coefficients, n=needed, m=[1000], tau0=0.01)
+    assert 1 / math.sqrt(2 * edf) == pytest.approx(0.05, rel=0.02)
+    kind = {"channel": "gyro_x", "quantity": "angular_rate", "rate_unit": "rad/s"}
+    plan = st.plan(coefficients, "rate_random_walk", rate=100, value=1e-6, **kind)
+    for power, expected in ((0.5, plan.half_in), (0.9, plan.most_in)):
+        seconds = tab.evaluate("([m, p]) => alive.call('visible', m, 3, p)[0]", [values, power]) / 100
+        assert seconds == pytest.approx(expected, rel=0.03)
+
+
+@needs_page
+def test_line_by_hand_reads_the_coefficient(opened):
+    tab = opened()
+    tab.get_by_role("button", name="Only N", exact=True).click()
+    until(tab, "alive.shown.fit")
+    tab.get_by_role("button", name="N −½").click()
+    handle = tab.locator(".handle")
+    handle.focus()
+    laid = tab.evaluate("alive.readings.get('N')")
+    assert laid / tab.evaluate("alive.settings.value.N") == pytest.approx(1.6, rel=1e-6)  # above the curve at first
+    for _ in range(24):
+        tab.keyboard.press("ArrowDown")
+    assert tab.evaluate("alive.readings.get('N')") == pytest.approx(laid / 1.02**24, rel=1e-9)
+    assert "N = " in handle.get_attribute("aria-valuetext")
+    box = handle.bounding_box()
+    tab.mouse.move(box["x"] + 14, box["y"] + 14)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 14, box["y"] - 36, steps=3)
+    tab.mouse.up()
+    assert tab.evaluate("alive.readings.get('N')") > laid / 1.02**24
+
+
+@needs_page
+def test_log_gives_curve_density_and_command(opened, tmp_path):
+    tab = opened()
+    model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    stream = st.simulate(model, duration=200, rate=50, rng=1).streams[0]
+    rate = np.degrees(np.asarray(stream.samples.read(0, 0, stream.grid.n)))
+    log = tmp_path / "my log.csv"
+    rows = "".join(f"{k / 50:.2f},{x:.9g}\n" for k, x in enumerate(rate))
+    log.write_text(f"# a comment\ntime [s],wx [deg/s]\n{rows}", encoding="utf-8")
+    tab.locator("#file").set_input_files(log)
+    until(tab, "alive.shown.log && alive.shown.curve && alive.shown.density")
+    curve = tab.evaluate("alive.shown.curve")
+    expected = st.allan(st.Record.from_arrays(rate=50, unit={"gyro": "deg/s"}, gyro_x=rate), taus=curve["tau"])[
+        "gyro_x"
+    ]
+    got = np.radians(np.array(curve["adev"])) / 3600
+    assert got[: len(expected.adev)] == pytest.approx(expected.adev, rel=1e-6)  # the log has nine digits
+    density = np.radians(1) ** 2 / 3600**2 * np.median(tab.evaluate("[...alive.shown.density.s]"))
+    assert density == pytest.approx(1e-8, rel=0.15)  # bands of some hundred values
+    assert tab.evaluate("alive.shown.fit") is None
+    assert not tab.locator("#estimate").is_visible()
+    command = tab.locator("#log pre").inner_text()
+    assert command == "sigmatau analyze 'my log.csv' --channels 'gyro_x=wx [deg/s]' --unit gyro=deg/s"
+    result = tmp_path / "r.json"
+    words = [f"{ROOT}/.venv/bin/{command} --json r.json -q"] if (ROOT / ".venv").exists() else []
+    if words:
+        subprocess.run(words, shell=True, check=True, cwd=tmp_path)  # the command is one line of a shell
+        assert json.loads(result.read_text(encoding="utf-8"))["channels"]["gyro_x"]["samples"] == 10_000
+    damaged = tmp_path / "damaged.csv"
+    damaged.write_text("t,x\n" + "0,1\n" * 600 + "0,1,2\n", encoding="utf-8")
+    tab.locator("#file").set_input_files(damaged)
+    tab.get_by_text("Line 602 has 3 values, not 2.").wait_for()
+
+
+@needs_page
+@pytest.mark.parametrize("options", [{}, {"color_scheme": "dark"}, PHONE, PHONE | {"color_scheme": "dark"}])
+def test_page_is_accessible_and_not_wider_than_the_screen(opened, options):
+    tab = opened(**options)
+    wide, screen = tab.evaluate("[document.documentElement.scrollWidth, document.documentElement.clientWidth]")
+    assert wide <= screen
+    found = Axe().run(tab).response["violations"]
+    assert [f"{each['id']}: {each['nodes'][0]['html'][:120]}" for each in found] == []
+
+
+def test_modules_are_modules():
+    """The scripts are read by node, and their names do not clash in the scope that they share on the page."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no node (Node.js)")
+    for path in sorted((ROOT / "crates" / "web" / "page").glob("*.js")):
+        subprocess.run(
+            [node, "--input-type=module", "--check"], input=path.read_text(encoding="utf-8"), text=True, check=True
+        )
+    sys.path.append(str(ROOT / "scripts"))
+    import alive
+
+    for scripts in (alive.OF_PAGE, alive.OF_WORKER):
+        subprocess.run([node, "--check", "-"], input=alive.bundled(scripts), text=True, check=True)

@@ -20,20 +20,12 @@ def _cpu() -> float:
     return sum(os.times()[:4])
 
 
-def add_alive(site: Path) -> None:
-    """Add the theory page: the one of `make alive` if it was made, otherwise a page that says how to make it."""
-    root = Path(__file__).resolve().parents[2]
-    made, instead = root / "target" / "alive" / "index.html", root / "docs" / "alive" / "index.html"
-    (site / "alive").mkdir(exist_ok=True)
-    shutil.copyfile(made if made.exists() else instead, site / "alive" / "index.html")
-
-
 def main() -> int:
     """Build and check the site; return the exit code of the build, or 1 if a check fails."""
     from sphinx.cmd.build import main as sphinx
 
     from website import checks, excerpts
-    from website.stage import DOCS, ROOT, stage
+    from website.stage import DOCS, ROOT, add_alive, stage
 
     out = ROOT / "target" / "docs"
     shutil.rmtree(out, ignore_errors=True)

@@ -191,6 +191,13 @@ def stage(folder: Path) -> None:
         path.write_text(text, encoding="utf-8")
 
 
+def add_alive(site: Path) -> None:
+    """Add the theory page to the site: that of `make alive`, or without it a page that says how to make it."""
+    made = ROOT / "target" / "alive" / "index.html"
+    (site / "alive").mkdir(exist_ok=True)
+    shutil.copyfile(made if made.exists() else DOCS / "alive" / "index.html", site / "alive" / "index.html")
+
+
 def _made(made: dict[str, str]) -> str:
     """Rows of the reference for the pages generated from the code."""
     rows = {

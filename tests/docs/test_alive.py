@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
+import tomllib
 
 import numpy as np
 import pytest
@@ -240,6 +241,51 @@ def test_line_by_hand_reads_the_coefficient(opened):
     tab.mouse.move(box["x"] + 14, box["y"] - 36, steps=3)
     tab.mouse.up()
     assert tab.evaluate("alive.readings.get('N')") > laid / 1.02**24
+
+
+@needs_page
+@pytest.mark.parametrize("sensor", ["gyro", "accel"])
+def test_model_file_is_the_model(opened, sensor):
+    tab = opened()
+    tab.locator("#sensor").select_option(sensor)
+    tab.evaluate("alive.settings.on.sigma = true; alive.settings.order = 2; alive.change()")
+    until(tab, "alive.shown.fit && document.querySelector('#model-file').textContent.includes('corner')")
+    written = st.NoiseModel.from_dict(tomllib.loads(tab.locator("#model-file").text_content()))
+    (channel,) = written.channels.values()
+    expected = channel_model(tab.evaluate("alive.modelNow()"))
+    assert channel.terms == pytest.approx(dict(expected.terms), rel=1e-12)
+    assert channel.gauss_markov[0].sigma == pytest.approx(expected.gauss_markov[0].sigma, rel=1e-12)
+    assert channel.gauss_markov[0].time == expected.gauss_markov[0].time
+    assert channel.bandwidth == expected.bandwidth
+
+
+@needs_page
+def test_ramp_alone_is_not_estimated(opened):
+    tab = opened()
+    tab.get_by_role("button", name="Only R", exact=True).click()
+    tab.get_by_text("There is no noise to estimate.").wait_for()
+    tab.get_by_role("button", name="Only K", exact=True).click()
+    until(tab, "alive.shown.fit && alive.shown.fit.estimate && alive.shown.fit.estimate.terms.K.observed")
+    tab.get_by_text("in 1 record of this noise").wait_for()
+    tab.locator("#again").click()
+    tab.get_by_text("in 2 records of this noise").wait_for()
+
+
+@needs_page
+def test_saved_record_gives_the_estimate_of_the_page(opened, tmp_path):
+    tab = opened()
+    tab.evaluate("Object.assign(alive.settings.value, {rate: 20, hours: 0.5}); alive.change()")
+    until(tab, "alive.figures.samples() === 36000 && alive.shown.fit && alive.shown.fit.estimate")
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name="Save as CSV").click()
+    log = tmp_path / "simulated.csv"
+    download.value.save_as(log)
+    record = st.read(log)
+    assert record.streams[0].grid.n == 36_000
+    assert record.streams[0].grid.rate == pytest.approx(20, rel=1e-9)
+    fit = fit_samples(record.streams[0], "gyro_x")
+    shown = tab.evaluate("alive.shown.fit.estimate.terms.Q")
+    assert shown["value"] == pytest.approx(fit["quantization"].value, rel=1e-6)  # the file has 12 digits
 
 
 @needs_page

@@ -21,6 +21,20 @@ def with_links(text, source="docs/theory/fit.md"):
     return stage.with_links(text, PurePosixPath(source), stage.pages())
 
 
+def test_theory_page_is_added_made_or_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(stage, "ROOT", tmp_path)
+    page = tmp_path / "site" / "alive" / "index.html"
+    page.parents[1].mkdir()
+    stage.add_alive(tmp_path / "site")
+    assert "make alive" in page.read_text(encoding="utf-8")
+    (tmp_path / "target" / "alive").mkdir(parents=True)
+    (tmp_path / "target" / "alive" / "index.html").write_text("made", encoding="utf-8")
+    stage.add_alive(tmp_path / "site")
+    assert page.read_text(encoding="utf-8") == "made"
+    link = re.search(r'href="([^"]+)"', (stage.DOCS / "theory" / "alive.md").read_text(encoding="utf-8"))[1]
+    assert (tmp_path / "site" / "theory" / link).resolve() == page.resolve()
+
+
 def test_pages_are_staged_once():
     staged = stage.pages()
     assert staged[PurePosixPath("docs/how-to/README.md")] == PurePosixPath("how-to/index.md")

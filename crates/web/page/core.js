@@ -49,12 +49,22 @@ export function frequenciesOf(samples, tau0, perDecade = 24) {
   return Array.from({ length: steps + 1 }, (_, k) => 10 ** (low + ((high - low) * k) / steps));
 }
 
-/** A worker that answers one request after the other; of those that wait, only the newest of a kind is kept. */
-export function workerOf(module, script, onanswer) {
-  const worker = new Worker(URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
-  worker.postMessage({ module });
-  const waiting = new Map();
-  let busy = false;
+/**
+ * A worker that answers one request after the other; of those that wait, only the newest of a kind is kept. An impatient one
+ * gives up what it is at when it is asked again.
+ */
+export function workerOf(module, script, onanswer, { impatient = false } = {}) {
+  const address = URL.createObjectURL(new Blob([script], { type: "text/javascript" })), waiting = new Map();
+  let worker = null, busy = false;
+  function start() {
+    worker = new Worker(address);
+    worker.postMessage({ module });
+    worker.onmessage = ({ data }) => {
+      busy = false;
+      next();
+      onanswer(data);
+    };
+  }
   function next() {
     if (busy || !waiting.size) return;
     const [kind, request] = waiting.entries().next().value;
@@ -62,16 +72,16 @@ export function workerOf(module, script, onanswer) {
     busy = true;
     worker.postMessage({ kind, ...request });
   }
-  worker.onmessage = ({ data }) => {
-    busy = false;
-    next();
-    onanswer(data);
-  };
+  start();
   return {
     ask(kind, request) {
+      if (busy && impatient) {
+        worker.terminate();
+        busy = false;
+        start();
+      }
       waiting.set(kind, request);
       next();
     },
-    stop: () => worker.terminate(),
   };
 }

@@ -39,7 +39,7 @@ export function figures(call) {
   });
   const spectrum = chartIn(byId("density"), {
     title: "Power spectral density", x: { label: () => "Frequency f [Hz]", log: true }, y: { label: () => `S(f), two-sided [(${unit()[0]})²/Hz]`, log: true },
-    hint: "Slopes: Q +2, N 0, B −1, K −2. A ramp is not noise and has no density.",
+    hint: "Slopes: Q +2, N 0, B −1, K −2; R has none.",
     at(f) {
       const k = nearest(density.f, f), value = shown.log ? null : density.all[k];
       return `f = ${text(density.f[k])} Hz${value === null ? "" : ` · S = ${text(value)} (${unit()[0]})²/Hz · √S = ${text(Math.sqrt(value))} ${unit()[0]}/√Hz`}`;

@@ -5,8 +5,8 @@ import { recolourCharts } from "./chart.js";
 import { coreOf, denseSizes, frequenciesOf, moduleOf, workerOf } from "./core.js";
 import { byId, figures, legend, shown } from "./figures.js";
 import { lineByHand, readings } from "./read_off.js";
-import { estimateOf, showErrors, showEstimate, showPlan, verdictText } from "./results.js";
-import { modelNow, PRESETS, samplesNow, sensor, settings, slider, termName, TERMS, timeText, usePreset, useSensor, MAX_SAMPLES } from "./settings.js";
+import { estimateOf, showErrors, showEstimate, showPlan, tally, verdictText } from "./results.js";
+import { hasNoise, modelFile, modelNow, PRESETS, samplesNow, sensor, settings, slider, termName, TERMS, timeText, usePreset, useSensor, MAX_SAMPLES } from "./settings.js";
 import { logReader } from "./log.js";
 
 const QUIET = 200; // time without a change after which the record is estimated [ms]
@@ -27,6 +27,7 @@ function start(module) {
   const call = coreOf(module), script = byId("worker").textContent;
   const drawn = figures(call);
   const recorder = workerOf(module, script, onanswer), estimator = workerOf(module, script, onanswer);
+  const planner = workerOf(module, script, onanswer, { impatient: true });
   let number = 0, timer = 0;
   let sent = "", asked = null; // the log that the workers have; what the plan was asked for
   const stale = new Set(); // what the next frame draws: "model", "record", "density"
@@ -73,8 +74,10 @@ function start(module) {
 
   function estimate() {
     if (shown.log) return;
+    if (hasNoise()) estimator.ask("estimate", request());
+    else shown.fit = { failed: true };
     showEstimate(byId("coefficients"));
-    estimator.ask("estimate", request());
+    byId("verdict").textContent = verdictText();
     askPlan();
   }
 
@@ -82,7 +85,10 @@ function start(module) {
     const tau = Math.max(Number(byId("plan-tau").value) || 100, drawn.tau0()), error = (Number(byId("plan-error").value) || 10) / 100;
     const size = Math.min(Math.max(1, Math.round(tau / drawn.tau0())), 5e7);
     asked = { tau: size * drawn.tau0(), error };
-    estimator.ask("plan", { number, model: modelNow(), size, error });
+    byId("model-file").textContent = modelFile();
+    byId("model-commands").textContent = `sigmatau plan model.toml --term bias_instability --rate ${settings.value.rate} --hours ${settings.value.hours}\nsigmatau simulate model.toml --rate ${settings.value.rate} --hours ${settings.value.hours} --seed 1 -o log.csv`;
+    byId("plan").setAttribute("aria-busy", "true");
+    planner.ask("plan", { number, model: modelNow(), size, error });
   }
 
   function onanswer(answer) {
@@ -101,6 +107,7 @@ function start(module) {
       }
     }
     if (answer.number !== number) return;
+    if (answer.kind === "plan") byId("plan").removeAttribute("aria-busy");
     if (answer.kind === "plan" && !answer.failed) showPlan(byId("plan"), { ...asked, ...answer });
     if (answer.kind === "estimate" || answer.kind === "density") {
       const size = sensor().rate[1];
@@ -111,7 +118,10 @@ function start(module) {
       }
       if (answer.kind === "estimate") {
         shown.fit = answer.failed || !answer.values ? { failed: true } : { estimate: estimateOf([...answer.values]), time: answer.time, values: [...answer.values] };
-        if (shown.fit.estimate) shown.fit.curve = fittedCurve(shown.fit.estimate);
+        if (shown.fit.estimate) {
+          shown.fit.curve = fittedCurve(shown.fit.estimate);
+          byId("tally").textContent = tally(shown.fit.estimate);
+        }
         showEstimate(byId("coefficients"));
         byId("verdict").textContent = verdictText();
       }
@@ -143,6 +153,7 @@ function start(module) {
     byId("length").textContent = `${samplesNow().toLocaleString("en")} samples, ${timeText(samplesNow() / value.rate)}${wanted > MAX_SAMPLES ? `: at most ${MAX_SAMPLES.toLocaleString("en")} here` : ""}`;
     document.body.classList.toggle("logged", Boolean(shown.log));
     byId("verdict").textContent = verdictText();
+    byId("tally").textContent = "";
     byId("source").textContent = shown.log ? `Record: ${shown.log.name}` : "Record: simulated";
     sliders.get("corner").row.hidden = settings.order === 0;
     sliders.get("time").row.hidden = !settings.on.sigma;
@@ -157,28 +168,28 @@ function start(module) {
     change();
   };
   const sliders = new Map();
-  const add = (place, id, name, note, options) => {
-    const made = slider(id, name, note, change, options);
+  const add = (place, id, words, options) => {
+    const made = slider(id, words, change, options);
     sliders.set(id, made);
     byId(place).append(made.row);
   };
-  for (const { id } of TERMS) add("terms", id, id, "", { toggled: true, only: only(id) });
+  for (const { id } of TERMS) add("terms", id, [id, "", ""], { toggled: true, only: only(id) });
   /** Names of the terms, which differ by sensor. */
   function rename() {
     for (const { id, colour, slopeText, paper } of TERMS)
       sliders.get(id).row.querySelector("label").replaceChildren(make("b", { style: `color: var(--${colour})` }, id), ` ${termName(id)}`, make("small", {}, `slope ${slopeText}; ${paper}`));
   }
   rename();
-  add("process", "sigma", "σ", "Gauss–Markov process: a hump", { toggled: true, only: only("sigma") });
-  add("process", "time", "T", "its correlation time", {});
-  add("sampling", "corner", "Corner", "of the filter", {});
-  add("sampling", "rate", "Rate", "", {});
-  add("sampling", "hours", "Length", "of the record", {});
+  add("process", "sigma", ["σ", "Standard deviation", "a hump"], { toggled: true, only: only("sigma") });
+  add("process", "time", ["T", "Correlation time", "the hump is at τ = 1.9 T"], {});
+  add("sampling", "corner", ["Corner", "of the filter", "half the power"], {});
+  add("sampling", "rate", ["Rate", "", "samples a second"], {});
+  add("sampling", "hours", ["Length", "of the record", ""], {});
 
   for (const name of Object.keys(PRESETS)) byId("presets").append(make("button", { type: "button", onclick: () => { usePreset(name); rename(); readings.clear(); change(); } }, name));
   byId("order").addEventListener("change", () => { settings.order = Number(byId("order").value); change(); });
   byId("sensor").addEventListener("change", () => { useSensor(byId("sensor").value); rename(); readings.clear(); change(); });
-  byId("again").addEventListener("click", () => { settings.seed++; change(); });
+  for (const id of ["again", "again-below"]) byId(id).addEventListener("click", () => { settings.seed++; change(); });
   byId("save").addEventListener("click", () => recorder.ask("samples", request()));
   byId("show-parts").addEventListener("change", () => { drawn.drawDeviation(); drawn.drawDensity(); });
   for (const id of ["plan-tau", "plan-error"]) byId(id).addEventListener("change", askPlan);

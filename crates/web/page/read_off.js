@@ -71,9 +71,9 @@ export function lineByHand(figures, place, onread) {
       return;
     }
     const value = readings.get(term.id), { tau, read } = reading(), units = unitOf(term.id)[0];
-    const how = term.id === "B" ? `${text(read)} ${sensor().rate[0]} / 0.664` : `the line at τ = ${term.tauText}, ${text(read)} ${sensor().rate[0]}`;
-    const truth = settings.on[term.id] && !shown.log ? `; the model has ${text(settings.value[term.id])} ${units}` : "";
-    says.textContent = `${term.id} = ${text(value)} ${units}: ${how}, eq. (${term.eq})${truth}.`;
+    const where = term.id === "B" ? "on the flat part" : `at τ = ${term.tauText}`;
+    const truth = settings.on[term.id] && !shown.log ? ` Chosen: ${text(settings.value[term.id])} ${units}.` : "";
+    says.textContent = `The line is at ${text(read)} ${sensor().rate[0]} ${where}; ${term.id} = σ ${term.times} = ${text(value)} ${units}, eq. (${term.eq}).${truth}`;
     handle.setAttribute("aria-valuetext", `${term.id} = ${text(value)} ${units}, at τ = ${text(tau)} s`);
     handle.setAttribute("aria-valuenow", String(Number(value.toPrecision(3))));
   }

@@ -4,7 +4,7 @@ import { make } from "./page.js";
 import { text } from "./numbers.js";
 import { errorOfPaper, shown } from "./figures.js";
 import { readings } from "./read_off.js";
-import { sensor, settings, termName, TERMS, timeText, unitOf } from "./settings.js";
+import { hasNoise, modelNow, samplesNow, sensor, settings, termName, TERMS, timeText, unitOf } from "./settings.js";
 
 const TERM_VALUES = 6, HEAD = 4;
 const VERDICTS = ["The model describes the record.", "The model describes the record, with the parts below.", "The model is not exact; the intervals are widened."];
@@ -34,10 +34,12 @@ function withInterval([value, low, high]) {
 
 const cell = (words, attributes = {}) => make("td", attributes, words);
 
-/** Whether a value is within an interval: a mark for eyes, a word for ears. */
+const holdsIn = (value, low, high) => value >= low && value <= high;
+
+/** Whether a value is within an interval. */
 function inside(value, low, high) {
   if (!Number.isFinite(low)) return cell("");
-  const holds = value >= low && value <= high;
+  const holds = holdsIn(value, low, high);
   return cell(make("span", { className: `chip ${holds ? "good" : "partial"}` }, holds ? "inside" : "outside"));
 }
 
@@ -48,7 +50,7 @@ export function showEstimate(place) {
     const [units, size] = unitOf(id), present = settings.on[id], truth = present ? settings.value[id] : 0;
     const byHand = readings.has(id) ? `${text(readings.get(id))}` : "–";
     const head = [make("th", { scope: "row" }, `${termName(id)} ${id}`, make("small", {}, ` slope ${slopeText}`)), cell(present ? text(truth) : "absent")];
-    if (!found) return make("tr", {}, ...head, cell("…"), cell(""), cell(""), cell(byHand), cell(units));
+    if (!found) return make("tr", {}, ...head, cell(shown.fit ? "–" : "…"), cell(""), cell(""), cell(byHand), cell(units));
     const term = found.terms[id], [value, low, high, limit] = scaled([term.value, term.low, term.high, term.limit], size);
     if (!term.observed) {
       const words = Number.isFinite(limit) ? `below ${text(Math.abs(limit))}` : "no limit";
@@ -68,17 +70,38 @@ export function showEstimate(place) {
     rows.push(extra("Gauss–Markov time T", present ? settings.value.time : null, time, "s"));
   }
   if (found?.corner) rows.push(extra("Filter corner", settings.order ? settings.value.corner : null, found.corner, "Hz"));
-  const head = make("tr", {}, ...["Term", "Model", "Estimate", "95 % interval", "Truth", "By hand", "Unit"].map((words) => make("th", { scope: "col" }, words)));
+  const head = make("tr", {}, ...["Term", "Chosen", "Estimate", "95 % interval", "Chosen is", "By hand", "Unit"].map((words) => make("th", { scope: "col" }, words)));
   place.replaceChildren(make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows)));
+}
+
+const counted = { key: "", records: 0, intervals: 0, holding: 0, seeds: new Set() };
+
+/** Count the intervals and limits that contain the chosen coefficients, over the records of the same settings. */
+export function tally({ terms }) {
+  const key = JSON.stringify([modelNow(), samplesNow()]);
+  if (counted.key !== key) Object.assign(counted, { key, records: 0, intervals: 0, holding: 0, seeds: new Set() });
+  if (!counted.seeds.has(settings.seed)) {
+    counted.seeds.add(settings.seed);
+    counted.records++;
+    for (const { id } of TERMS) {
+      const { observed, low, high, limit } = terms[id], truth = settings.on[id] ? settings.value[id] * unitOf(id)[1] : 0;
+      if (!observed && !Number.isFinite(limit)) continue;
+      counted.intervals++;
+      if (observed ? holdsIn(truth, low, high) : Math.abs(truth) <= Math.abs(limit)) counted.holding++;
+    }
+  }
+  const { records, intervals, holding } = counted;
+  return `So far ${holding} of ${intervals} intervals and limits hold, in ${records} record${records > 1 ? "s" : ""} of this noise.`;
 }
 
 /** One sentence on the estimate. */
 export function verdictText() {
   const { fit } = shown;
   if (!fit) return "Estimating …";
+  if (!hasNoise()) return "There is no noise to estimate. Switch a term other than the ramp on.";
   if (fit.failed) return "This record cannot be estimated. Change the length or the noise.";
   const { verdict, pValue } = fit.estimate;
-  return `${VERDICTS[verdict]} p = ${text(pValue, 2)}. ${shown.samples.toLocaleString("en")} samples, ${text(fit.time, 2)} ms.`;
+  return `${VERDICTS[verdict]} Goodness of fit p = ${text(pValue, 2)}. ${shown.samples.toLocaleString("en")} samples, ${text(fit.time, 2)} ms.`;
 }
 
 const SHARES = [[1000, "1/1000"], [100, "1/100"], [30, "1/30"], [10, "1/10"], [5, "1/5"], [3, "1/3"]];
@@ -105,7 +128,7 @@ export const lengthOfPaper = (tau, error) => tau * (1 + 1 / (2 * error * error))
 
 /** "How long must I record?": for an error of a point, and for each term to be seen. */
 export function showPlan(place, { tau, error, needed, seen }) {
-  const rate = settings.value.rate, length = (samples) => (samples ? timeText(samples / rate) : "more than 10⁹ samples");
+  const rate = settings.value.rate, length = (samples) => (samples ? timeText(samples / rate) : "more than 10⁸ samples");
   const point = make("p", {}, `σ(${timeText(tau)}) within ${text(100 * error)} %, one standard error: eq. (26) asks for `, make("b", {}, timeText(lengthOfPaper(tau, error))),
     ", the exact error of this noise for ", make("b", {}, length(needed)), ".");
   const rows = [0, 1, 3].flatMap((index, row) => {

@@ -19,13 +19,13 @@ export const SENSORS = {
   },
 };
 
-/** The terms: letter of IEEE Std 952, slope of σ(τ), where its line is read [s], and the factor of the reading. */
+/** The terms: letter of IEEE Std 952, slope of σ(τ), where its line is read [s], and the factor of the reading (`times`: in words). */
 export const TERMS = [
-  { id: "Q", name: "Quantization noise", slope: -1, slopeText: "−1", tau: Math.sqrt(3), tauText: "√3 s", factor: 1, colour: "axis-3", paper: "Q_z in the paper", eq: "15" },
-  { id: "N", name: "Random walk", slope: -0.5, slopeText: "−½", tau: 1, tauText: "1 s", factor: 1, colour: "axis-0", paper: "Q in the paper", eq: "17" },
-  { id: "B", name: "Bias instability", slope: 0, slopeText: "0", tau: null, tauText: "flat part", factor: 1 / Math.sqrt((2 * Math.LN2) / Math.PI), colour: "axis-2", paper: "B in the paper", eq: "19" },
-  { id: "K", name: "Rate random walk", slope: 0.5, slopeText: "+½", tau: 3, tauText: "3 s", factor: 1, colour: "axis-1", paper: "K in the paper", eq: "21" },
-  { id: "R", name: "Rate ramp", slope: 1, slopeText: "+1", tau: Math.SQRT2, tauText: "√2 s", factor: 1, colour: "axis-4", paper: "R in the paper", eq: "23" },
+  { id: "Q", times: "· 1 s", name: "Quantization noise", slope: -1, slopeText: "−1", tau: Math.sqrt(3), tauText: "√3 s", factor: 1, colour: "axis-3", paper: "Q_z in the paper", eq: "15" },
+  { id: "N", times: "· √(1 s)", name: "Random walk", slope: -0.5, slopeText: "−½", tau: 1, tauText: "1 s", factor: 1, colour: "axis-0", paper: "Q in the paper", eq: "17" },
+  { id: "B", times: "/ 0.664", name: "Bias instability", slope: 0, slopeText: "0", tau: null, tauText: "flat part", factor: 1 / Math.sqrt((2 * Math.LN2) / Math.PI), colour: "axis-2", paper: "B in the paper", eq: "19" },
+  { id: "K", times: "/ √(1 s)", name: "Rate random walk", slope: 0.5, slopeText: "+½", tau: 3, tauText: "3 s", factor: 1, colour: "axis-1", paper: "K in the paper", eq: "21" },
+  { id: "R", times: "/ 1 s", name: "Rate ramp", slope: 1, slopeText: "+1", tau: Math.SQRT2, tauText: "√2 s", factor: 1, colour: "axis-4", paper: "R in the paper", eq: "23" },
 ];
 export const PROCESS = { id: "sigma", colour: "axis-5" };
 
@@ -62,6 +62,9 @@ export function modelNow() {
   return [...TERMS.map((term) => si(term.id)), si("sigma"), value.time, settings.order, value.corner, 1 / value.rate];
 }
 
+/** Whether the model has noise, and not a ramp alone. */
+export const hasNoise = () => Object.keys(settings.on).some((id) => id !== "R" && settings.on[id]);
+
 /** Number of samples, at most `MAX_SAMPLES`. */
 export function samplesNow() {
   return Math.min(MAX_SAMPLES, Math.max(512, Math.round(settings.value.hours * HOUR * settings.value.rate)));
@@ -87,14 +90,14 @@ function rounded(value, id) {
   return [1, 2, 5, 10].map((k) => k * decade).reduce((best, x) => (Math.abs(Math.log(x / value)) < Math.abs(Math.log(best / value)) ? x : best));
 }
 
-/** A slider with its name, value and unit. `onchange` is called on each movement. */
-export function slider(id, name, note, onchange, { toggled = false, only = null } = {}) {
+/** A slider with its letter, name, value and unit. `onchange` is called on each movement. */
+export function slider(id, [name, title, note], onchange, { toggled = false, only = null } = {}) {
   const unit = () => ({ time: "s", corner: "Hz", rate: "Hz", hours: "h" })[id] ?? unitOf(id)[0];
   const range = make("input", { type: "range", min: 0, max: STEPS, step: 1, id: `slider-${id}` });
   const number = make("input", { type: "text", inputMode: "decimal", className: "number", ariaLabel: `${name}, value` });
   const suffix = make("span", { className: "unit" });
   const box = toggled ? make("input", { type: "checkbox", ariaLabel: `${name}: present` }) : null;
-  const label = make("label", { htmlFor: range.id }, make("b", {}, name), make("small", {}, note));
+  const label = make("label", { htmlFor: range.id }, make("b", {}, name), ` ${title}`, make("small", {}, note));
   const row = make("div", { className: "slider" }, ...(box ? [box] : []), label,
     ...(only ? [make("button", { type: "button", className: "only", ariaLabel: `Only ${name}`, title: "Switch all other terms off", onclick: only }, "only")] : []),
     make("span", { className: "entry" }, number, suffix), range);
@@ -128,6 +131,18 @@ export function slider(id, name, note, onchange, { toggled = false, only = null 
     onchange(id);
   });
   return { row, show };
+}
+
+const KEYS = { Q: "quantization", N: "random_walk", B: "bias_instability", K: "rate_random_walk", R: "rate_ramp" };
+
+/** The model as a file for the command line. */
+export function modelFile() {
+  const { value, on } = settings, plain = (words) => words.replace("√h", "sqrt(h)").replace("µ", "u");
+  const lines = [`[channels.${sensor().channel}]`];
+  for (const { id } of TERMS) if (on[id]) lines.push(`${KEYS[id]} = "${value[id]} ${plain(unitOf(id)[0])}"`);
+  if (on.sigma) lines.push(`gauss_markov = [{ sigma = "${value.sigma} ${plain(unitOf("sigma")[0])}", time = "${value.time} s" }]`);
+  if (settings.order && on.N) lines.push(`bandwidth = { order = ${settings.order}, corner = "${value.corner} Hz" }`);
+  return `${lines.join("\n")}\n`;
 }
 
 /** Take the settings of a preset; values are converted to the units of the sensor. */

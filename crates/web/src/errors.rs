@@ -7,8 +7,8 @@ use sigmatau_core::error::Error;
 use sigmatau_core::gls::{Components, Failed, LINEAR, Shape, Theta, detectable};
 use sigmatau_core::terms::{NOISE_TERMS, Term};
 
-/// Longest record that is considered. [samples]
-const LONGEST: usize = 1_000_000_000;
+/// Longest record that is considered; each search takes seconds where none is found. [samples]
+const LONGEST: usize = 100_000_000;
 
 /// Shortest record that is considered, and the ratio of the record to its longest averaging time: those of `sigmatau plan`.
 const SHORTEST: usize = 64;

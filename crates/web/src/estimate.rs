@@ -4,11 +4,12 @@ use sigmatau_core::error::Error;
 use sigmatau_core::likelihood::{Estimate, MIN_SAMPLES, Options, Pass, Summary, Verdict, fit_channel};
 use sigmatau_core::terms::Term;
 
-/// Number of values of a term: whether it was observed, value, low, high, upper limit.
+/// In the place of a number that a fit does not have.
 const MISSING: f64 = f64::NAN;
 
-/// Number of bands of a spectrum per decade.
+/// Number of bands of a spectrum per decade, and smallest number of values in a band.
 const BANDS: f64 = 16.0;
+const FEWEST: f64 = 4.0;
 
 /// The summary of a record.
 ///
@@ -69,7 +70,7 @@ pub fn density(record: &Summary) -> Vec<f64> {
     for (frequency, value) in modes.take_while(|(frequency, _)| *frequency < first).chain(segments) {
         let index = (BANDS * frequency.log10()).floor() as i64;
         match &mut band {
-            Some((of, count, sum, total)) if *of == index => {
+            Some((of, count, sum, total)) if *of == index || *count < FEWEST => {
                 *count += 1.0;
                 *sum += frequency.ln();
                 *total += value;

@@ -33,7 +33,7 @@ def wait(place: Locator) -> None:
 
 
 def walk(tab: Page) -> None:
-    """Go from the columns to what is taken away, and compare the first hour with the whole record and a datasheet."""
+    """Go from the columns to the exported files, and compare the first hour with the whole record and a datasheet."""
     tab.locator("#chooser").set_input_files("static.csv")
     tab.locator("#analyse:enabled").wait_for()
     wait(tab.locator("#view"))
@@ -43,7 +43,7 @@ def walk(tab: Page) -> None:
     wait(tab.locator("#part-deviation"))
     tab.locator("#part-series figure").first.wait_for(state="attached")
     take(tab, "result")
-    tab.locator(".head").get_by_role("button", name="Take away").click()
+    tab.locator(".head").get_by_role("button", name="Export").click()
     tab.locator("input[value=kalibr]").check()
     tab.get_by_role("region", name="kalibr.yaml").wait_for()
     take(tab, "take-away")

@@ -56,7 +56,7 @@ def test_wrong_words(words, code, message, capsys):
 def test_a_port_that_is_taken(capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         assert main(["app", "--no-browser", "--port", str(taken.getsockname()[1])]) == 1
-    assert "cannot be had" in capsys.readouterr().err
+    assert "is not available" in capsys.readouterr().err
 
 
 def test_without_the_libraries(monkeypatch, capsys):

@@ -1,4 +1,4 @@
-"""The whole way in a browser, by mouse and by keys alone: from a file to what is taken away."""
+"""The whole way in a browser, by mouse and by keys alone: from a file to the exported files."""
 
 import csv
 import json
@@ -68,7 +68,7 @@ def test_by_mouse(opened, log):
     tab.get_by_role("button", name="Redo").click()
     tab.locator("#part-left-out", has_text="Restored: 50s:50.01s").wait_for()
     # Taken away: a file of a filter, the curves, and a configuration that says the same.
-    tab.locator(".head").get_by_role("button", name="Take away").click()
+    tab.locator(".head").get_by_role("button", name="Export").click()
     tab.locator("input[value=kalibr]").check()
     tab.get_by_role("region", name="kalibr.yaml").wait_for()
     assert "gyroscope_noise_density" in tab.get_by_role("region", name="kalibr.yaml").inner_text()
@@ -127,7 +127,7 @@ def test_by_keys(opened, log):
     tab.locator("#part-left-out", has_text="the window").wait_for()
     tab.keyboard.press("Control+z")
     tab.locator("#command", has_not_text="--window").wait_for()
-    press(tab, "Shift+Tab", "Take away")
+    press(tab, "Shift+Tab", "Export")
     tab.keyboard.press("Enter")
     tab.get_by_role("radio").first.wait_for()
     assert tab.locator(".targets :checked").count() == 0  # no program is chosen in advance

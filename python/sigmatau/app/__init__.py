@@ -1,5 +1,5 @@
 """The workbench in the browser: a server on this computer, and its page.
 
-`routes` defines the requests and answers; `guard` refuses other requests; `calls` is the work of worker processes
-(`workers`), based on public names of the packages below.
+`routes` defines the requests and their answers; `guard` refuses all others; `calls` lists the functions that worker
+processes (`workers`) run. They use public names of the other packages.
 """

@@ -1,4 +1,4 @@
-"""Analyses of the page: the result as JSON, what the page shows beside it, and lines that are drawn by hand."""
+"""Calls that analyse a log: the result as JSON, the text and charts of the page, and lines drawn by hand."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from sigmatau.reporting.content import Content, collect_content, finding_text
 from sigmatau.typed.config import arguments, check_names, command_line, notes, to_toml
 
 _MOST_LEFT_OUT = 1000  # largest number of stretches of a channel that are listed
-_REACH = 1.5  # range of a line through one averaging time, as a factor: two or three points of a curve on half octaves
+_REACH = 1.5  # factor from an averaging time to the ends of a line through it: two or three points in half octaves
 
 
 def analyse(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """Analyse a log: the analysis for later calls, and the parts of the answer as JSON."""
+    """Analyse a log; return the analysis for later calls, and the parts of the answer as JSON."""
     check_names(table)
     options = AnalysisOptions(**arguments(AnalysisOptions, table), notes=notes(table))
     _set_shown(table)
@@ -57,7 +57,10 @@ def _record(log: LogFile, table: Mapping[str, Any]) -> Record:
 def result_parts(
     analysis: Analysis, *, name: str, table: Mapping[str, Any] | None, command: str | None = None
 ) -> dict[str, Any]:
-    """The parts of the answer of ``api/results/ID``; `table` is None for a result that was read, by a `command` if any."""
+    """The parts of the answer of ``api/results/ID``.
+
+    `table`: options of the analysis; None for a stored result, which a `command` may show.
+    """
     content = collect_content(analysis, None, targets=())
     shown = {
         "name": name,
@@ -77,7 +80,7 @@ def result_parts(
 
 
 def _summary(analysis: Analysis, content: Content) -> dict[str, Any]:
-    """The words of a report, with the controls of the page in place of options."""
+    """The text of a report, in which options are named by the controls of the page."""
     findings = tuple(finding_text(finding, page_words(finding)) for finding in analysis.findings)
     return asdict(replace(content, charts={}, findings=findings))
 
@@ -101,7 +104,7 @@ def _left_out(analysis: Analysis) -> list[dict[str, Any]]:
 
 
 def charts(*, analysis: bytes, log: LogFile, table: Mapping[str, Any], progress: Progress) -> tuple[bytes, str]:
-    """The content of a report, which needs the samples of the record, and its charts as JSON."""
+    """Collect the content of a report, for which the samples are read again, and its charts as JSON."""
     progress("charts")
     _set_shown(table)
     content = collect_content(

@@ -1,4 +1,4 @@
-"""Answers of the server: JSON as it comes from a worker, and errors in one form."""
+"""Answers of the server: JSON text of a worker, errors of one form, and files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class CallError(Exception):
 
 
 def missing(what: str) -> CallError:
-    """The error about something that is not there."""
+    """The error of a request for something that does not exist; `what` is its message."""
     return CallError({"message": what, "hint": None, "code": "missing"})
 
 
@@ -37,14 +37,14 @@ def json_answer(content: object, status: int = 200) -> Response:
 
 
 def text_answer(text: str, status: int = 200) -> Response:
-    """JSON that is text already."""
+    """Text that is JSON."""
     body = text.encode(errors="backslashreplace")
     return Response(body, status_code=status, media_type="application/json")
 
 
 def error_answer(status: int, message: str, **fields: object) -> Response:
-    """An error without a call."""
-    code = next((code for code, its in STATUS.items() if its == status), "refused")
+    """An error of the server itself, which no call raised."""
+    code = next((code for code, number in STATUS.items() if number == status), "refused")
     return json_answer({"error": {"message": message, "hint": None, "code": code, **fields}}, status)
 
 

@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def refuse_body(message: str) -> CallError:
-    """The error about a body that is not as it must be."""
+    """The error of an invalid body."""
     return CallError({"message": message, "hint": None, "code": "option"})
 
 
 async def read_body(request: Request) -> dict[str, Any]:
-    """The JSON of a request; raises `CallError` for anything else than an object."""
+    """The JSON object in the body of a request; raises `CallError` if it is not an object."""
     try:
         body = json.loads(await request.body(), parse_constant=_refuse_constant)
     except (ValueError, RecursionError):
@@ -33,7 +33,7 @@ def _refuse_constant(name: str) -> None:
 
 
 def table_in(body: Mapping[str, Any], key: str = "options") -> dict[str, Any]:
-    """The options of a body by name; none if it has none. Raises `CallError` for anything else than an object."""
+    """The options in a body by name; empty if it has none. Raises `CallError` if they are not an object."""
     options = body.get(key) or {}
     if not isinstance(options, dict):
         raise refuse_body(f"{key} must be an object")
@@ -41,7 +41,7 @@ def table_in(body: Mapping[str, Any], key: str = "options") -> dict[str, Any]:
 
 
 def number_in(body: Mapping[str, Any], name: str) -> float | None:
-    """A number of a body; None without it. Raises `CallError` for another value."""
+    """A number in a body; None if it is absent. Raises `CallError` for a value of another type."""
     value = body.get(name)
     if value is None:
         return None
@@ -51,7 +51,7 @@ def number_in(body: Mapping[str, Any], name: str) -> float | None:
 
 
 def text_in(body: Mapping[str, Any], name: str) -> str | None:
-    """A text of a body; None without it. Raises `CallError` for another value."""
+    """A text in a body; None if it is absent. Raises `CallError` for a value of another type."""
     value = body.get(name)
     if value is not None and not isinstance(value, str):
         raise refuse_body(f"{name} must be a text")
@@ -59,7 +59,7 @@ def text_in(body: Mapping[str, Any], name: str) -> str | None:
 
 
 def whole_number_in(body: Mapping[str, Any], name: str) -> int | None:
-    """A whole number of a body; None without it. Raises `CallError` for another value."""
+    """A whole number in a body; None if it is absent. Raises `CallError` for a value of another type."""
     value = body.get(name)
     if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
         raise refuse_body(f"{name} must be a whole number")

@@ -1,4 +1,4 @@
-"""The work of a worker process: calls by name, their errors as plain values, and a cached record."""
+"""Calls that a worker process runs, by name; it returns their errors as plain values, and caches the last record."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ Progress = Callable[[str], None]
 Outcome = tuple[str, Any]
 """``("done", value)``, or ``("failed", content)`` of a `sigmatau.app.answers.CallError`."""
 
-_LARGEST_CACHED = 1 << 29  # bytes of a record that a worker keeps between calls
+_LARGEST_CACHED = 1 << 29  # largest record that a worker caches [bytes]
 _NO_MEMORY = "not enough memory for this record: analyse a part of it, or save it as .npy, which stays on disk"
 
 
 class _Cache:
-    """The last computed value, because a worker often uses one log repeatedly."""
+    """Holds the last computed value, because consecutive calls of a worker often use the same log."""
 
     def __init__(self) -> None:
         self._key: object = None
         self._value: Any = None
 
     def get(self, key: object, make: Callable[[], Any], *, size: Callable[[Any], int]) -> Any:  # noqa: ANN401
-        """The value of this key, made if it is not the last one."""
+        """The value of a key, which is made unless it is the cached one."""
         if self._key != key or self._value is None:
-            self._key = self._value = None  # before the next one is read
+            self._key = self._value = None  # release the memory before the next record is read
             value = make()
             if size(value) > _LARGEST_CACHED:
                 return value
@@ -43,7 +43,7 @@ class _Cache:
         return self._value
 
     def find(self, key: object) -> Any:  # noqa: ANN401
-        """The value of this key; None if it is not the last one."""
+        """The value of a key; None if it is not the cached one."""
         return self._value if self._key == key else None
 
     def clear(self) -> None:
@@ -57,7 +57,7 @@ _cache = _Cache()
 def cached(
     what: str, log: LogFile, table: Mapping[str, Any], make: Callable[[], Any], *, size: Callable[[Any], int]
 ) -> Any:  # noqa: ANN401
-    """The cached value for a log with these options of reading, or a new one."""
+    """The value for a log and its reading options, from the cache or made anew."""
     try:
         key = _key(what, log, table)
     except OSError:
@@ -70,12 +70,12 @@ def _key(what: str, log: LogFile, table: Mapping[str, Any]) -> tuple[object, ...
 
 
 def reading_options(table: Mapping[str, Any]) -> dict[str, Any]:
-    """The options of reading among those of the page, as Python takes them."""
+    """Select the reading options among those of the page, as arguments of `read`."""
     return arguments(ReadOptions, table)
 
 
 def cached_record(log: LogFile, table: Mapping[str, Any]) -> Record | None:
-    """The record of the last analysis in this process, if it was that of this log with these options of reading."""
+    """The cached record, if it is of this log and these reading options; otherwise None."""
     try:
         return _cache.find(_key("record", log, table))  # type: ignore[no-any-return]
     except OSError:
@@ -83,7 +83,7 @@ def cached_record(log: LogFile, table: Mapping[str, Any]) -> Record | None:
 
 
 def forget(*, progress: Progress) -> None:
-    """Release the cached record: another process analyses the same log, and has its own."""
+    """Release the cached record, because another process will analyse this log with a record of its own."""
     _cache.clear()
 
 
@@ -93,21 +93,21 @@ CALLS = {
     "charts": "analysing:charts",
     "compare": "comparing:compared",
     "config": "opening:configured",
-    "curve": "taking:curve_table",
+    "curve": "downloads:curve_table",
     "datasheets": "specifying:listed_datasheets",
     "envelope": "opening:envelopes",
-    "export": "taking:exported",
-    "figure": "taking:figure",
+    "export": "downloads:exported",
+    "figure": "downloads:figure",
     "forget": "calls:forget",
-    "files": "listing:listed",
-    "live_source": "watching:checked_source",
+    "files": "listing:list_folder",
+    "live_source": "watching:check_source",
     "kind": "opening:kind_of_file",
-    "named": "listing:named",
+    "named": "listing:list_arguments",
     "open": "opening:open_log",
     "ports": "watching:listed_ports",
     "read_off": "analysing:read_off_at_tau",
     "read_result": "analysing:read_stored",
-    "report": "taking:report",
+    "report": "downloads:report",
     "runs": "stored:listed_runs",
     "session": "opening:opened_session",
     "specification": "specifying:specification",
@@ -122,8 +122,8 @@ def load(name: str) -> Callable[..., Any]:
     return cast("Callable[..., Any]", getattr(importlib.import_module(f"sigmatau.app.{module}"), function))
 
 
-def do(name: str, values: Mapping[str, Any], progress: Progress) -> Outcome:
-    """Do a call; an error is an outcome too."""
+def run_call(name: str, values: Mapping[str, Any], progress: Progress) -> Outcome:
+    """Run a call and return its outcome: a value, or the content of an error."""
     try:
         call = load(name)
         with speaking(as_options):
@@ -140,7 +140,7 @@ def do(name: str, values: Mapping[str, Any], progress: Progress) -> Outcome:
 
 
 def error_content(error: OptionError | DataError, log: LogFile | None = None) -> dict[str, Any]:
-    """An error as the page shows it, with the name that the user knows in place of a temporary file."""
+    """An error as the page shows it; the path of a temporary file is replaced by the name of the uploaded file."""
     text = worded(error.text if log is None else error.without(log.path, as_controls), as_controls)
     if log is not None:
         text = text.replace(log.path, log.name)
@@ -162,5 +162,5 @@ def record_size(record: Record | None) -> int:
 
 
 def number(value: float | None, digits: int = 6) -> float | None:
-    """A number with some digits; None for what is not finite."""
+    """A number rounded to some digits; None if it is not finite."""
     return float(f"{value:.{digits}g}") if value is not None and math.isfinite(value) else None

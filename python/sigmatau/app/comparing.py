@@ -1,4 +1,4 @@
-"""Several results beside each other, what changed between two of them, and the commands that compare them."""
+"""Comparison of several results: their curves, the changes between two results, and the equivalent commands."""
 
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ from sigmatau.reporting.charts import collect_charts
 from sigmatau.results import printable
 
 Source = tuple[str, str | None]
-"""Name of a result, and the command that makes it; None for a JSON file of this name."""
+"""Name of a result and the command that makes it; the command of a JSON file is None."""
 
-_CHANCE = 0.05  # probability that a coefficient is called changed although none has. Judgement: 1 minus the usual level
+_CHANCE = (
+    0.05  # probability that any coefficient is called changed although none has. [1] Judgement: 1 minus the usual level
+)
 
 
 def compared(*, analyses: Sequence[bytes], sources: Sequence[Source], progress: Progress) -> str:
     """Curves of several results, and the repeatability of every channel and term, as JSON."""
     results: list[Analysis] = [pickle.loads(each) for each in analyses]
-    short = [_last_part(name) for name, _ in sources]
+    short = [_file_name(name) for name, _ in sources]
     unique = [name if short.count(name) == 1 else f"{name} ({k})" for k, name in enumerate(short, 1)]
     comparison = compare_runs(results, names=unique)
-    is_mixed = len(comparison.groups) > 1  # of several units: all results of an axis are compared
+    is_mixed = len(comparison.groups) > 1  # results of several units: all results of an axis are compared
     if is_mixed:
         comparison = compare_runs(results, names=unique, by="axis")
     columns = comparison.columns()
@@ -63,10 +65,11 @@ def compared(*, analyses: Sequence[bytes], sources: Sequence[Source], progress: 
 
 
 def has_changed(difference: TermDifference, *, compared_values: int) -> bool:
-    """Whether a difference remains significant beside the number of comparisons (Bonferroni).
+    """Whether a difference is significant, corrected for the number of comparisons (Bonferroni).
 
-    Of many intervals of 95 % some do not contain 0 by chance. Here the interval is widened, as that of a normal
-    distribution, until the probability of any such is 5 %. A difference that follows from an upper limit stays.
+    Among many intervals of 95 %, some exclude 0 by chance. The interval is therefore widened, as one of a normal
+    distribution, until the probability that any of them excludes 0 is 5 %. A difference from an upper limit is not
+    corrected.
     """
     value, low, high = difference.value, difference.low, difference.high
     if difference.verdict != "differs" or value is None or low is None or high is None:
@@ -77,13 +80,13 @@ def has_changed(difference: TermDifference, *, compared_values: int) -> bool:
 
 
 def commands(sources: Sequence[Source], *, by: str | None) -> list[str]:
-    """The command lines that make the results, and the one that compares them."""
+    """The commands that write the results, followed by the command that compares them."""
     lines, files = [], list[str]()
     for name, command in sources:
         if command is None:
             files.append(name)
             continue
-        stem = _last_part(name).replace(" ", "-").removesuffix(".gz").rpartition(".")
+        stem = _file_name(name).replace(" ", "-").removesuffix(".gz").rpartition(".")
         file = f"{stem[0] or stem[2]}.json"
         while file in files:
             file = f"{file.removesuffix('.json')}-{len(files) + 1}.json"
@@ -92,5 +95,5 @@ def commands(sources: Sequence[Source], *, by: str | None) -> list[str]:
     return [*lines, shlex.join(["sigmatau", "compare", *files, *(["--by", by] if by else [])])]
 
 
-def _last_part(path: str) -> str:
+def _file_name(path: str) -> str:
     return path.replace("\\", "/").rpartition("/")[2]

@@ -1,4 +1,4 @@
-"""Options of an export as controls of the page, from their declaration, and those that each target has a use for."""
+"""Controls of the page for the options of an export, made of their declarations; each target lists those that it uses."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from sigmatau.options import Option
 from sigmatau.typed.config import typable
 from sigmatau.typed.forms import spelled
 
-_NAMES = "names"  # the option with fields of its own in each target
-_PROBE = 2.0  # a value of any option that is a number
+_NAMES = "names"  # option whose fields differ from target to target
+_PROBE = 2.0  # value with which options that are numbers are tried
 
 
 def labels() -> dict[str, str]:
-    """Labels of the options of an analysis, as they are typed."""
+    """Labels of the options of an analysis, by the name that is typed on the command line."""
     return {spelled(name): label for name, label in LABELS.items()}
 
 
 def export_controls() -> list[dict[str, Any]]:
-    """The options of an export, each as the page needs it for a control."""
+    """The options of an export, each with what its control needs."""
     default = Choices()
     return [
         {
@@ -48,7 +48,7 @@ def default_file(target: Target) -> str:
 
 
 def target_content(target: Target) -> dict[str, Any]:
-    """A target, with the options that it has a use for: all values, or the allowed ones."""
+    """A target with the options that it uses, each with its allowed words, or True if any value is allowed."""
     return {
         "name": target.name,
         "summary": worded(target.summary, as_controls),
@@ -69,15 +69,15 @@ def target_content(target: Target) -> dict[str, Any]:
 
 
 def _allowed(target: Target, name: str, about: Option) -> list[str] | bool:
-    """The words that a target takes for an option, or whether it takes any value; false without a choice."""
+    """What can be chosen for an option: the words that the target uses, or True for any value. False: no control."""
     if not about.choices:
-        return _is_placed(target, name, True if about.form == "flag" else _PROBE)
+        return _is_used(target, name, True if about.form == "flag" else _PROBE)
     is_pairs = about.form == "pairs"
-    words = [word for word in about.choices if _is_placed(target, name, {"gyro": word} if is_pairs else word)]
+    words = [word for word in about.choices if _is_used(target, name, {"gyro": word} if is_pairs else word)]
     return words if len(words) > (0 if is_pairs else 1) else False
 
 
-def _is_placed(target: Target, name: str, value: Any) -> bool:  # noqa: ANN401  of any form
+def _is_used(target: Target, name: str, value: Any) -> bool:  # noqa: ANN401  of any form
     stated: Iterable[tuple[str, Any]] = [(name, value)]
     if value == {"gyro": "horizon"}:
         stated = [*stated, ("horizon", _PROBE)]

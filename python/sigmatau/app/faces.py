@@ -1,4 +1,4 @@
-"""Words of the page for options that messages name: the controls of the page, and buttons for the options."""
+"""Converts the options that a message names to labels of controls of the page, and to buttons that set an option."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ LABELS: Mapping[str, str] = {
     "unit": "Unit",
     "window": "Window",
 }
-"""Controls of the page by option, for analyses, datasheets and ports. Those of an export have the name of the option."""
+"""Label of the control of each option of analyses, datasheets and ports. Labels of an export are made of option names."""
 
 
 def export_label(name: str) -> str:
-    """The control of an option of an export: its name as it is typed, in words."""
+    """Label of the control of an export option, made of its name: ``turn-on`` gives "Turn on"."""
     return spelled(name).replace("-", " ").capitalize()
 
 
 def as_controls(hints: Sequence[Hint]) -> str:
-    """Hints as controls of the page; options without a control as they are typed. Placeholders of values are omitted.
+    """Name the controls of hints. An option without a control is named as it is typed; placeholders are omitted.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def as_controls(hints: Sequence[Hint]) -> str:
 
 
 def page_words(finding: Finding) -> Words:
-    """Message and action of a finding, with controls of the page."""
+    """Message and action of a finding, in which options are controls of the page."""
     return Words(*(worded(text, as_controls) for text in finding.words()))
 
 
@@ -81,7 +81,7 @@ def _control(hint: Hint) -> str:
     pairs = hint.pairs()
     if pairs is not None and not _has_placeholder(pairs.values()):
         if hint.option == "channels":
-            return ", ".join(f"{channel} in {_columns_named(str(place))}" for channel, place in pairs.items())
+            return ", ".join(f"{channel} in {_columns_text(str(place))}" for channel, place in pairs.items())
         if hint.option == "unit":
             return ", ".join(f"{channel} in {unit}" for channel, unit in pairs.items())
     if hint.option == "channels" and hint.key:
@@ -116,13 +116,13 @@ def _has_placeholder(values: Iterable[object]) -> bool:
     return any(re.fullmatch(r"[A-Z]+(:[A-Z]+)?|…", str(value)) for value in values)
 
 
-def _columns_named(place: str) -> str:
+def _columns_text(place: str) -> str:
     first, separator, last = place.partition(":")
     return f"columns {first} to {last}" if separator else f"column {first}"
 
 
 def hints_content(text: str) -> list[dict[str, Any]] | None:
-    """The options that a message names, as the page offers them; None if it names none."""
+    """The options that a message names, for the buttons of the page; None if there are none."""
     hints = [_hint_content(hint) for hint in hints_in(text)]
     return hints or None
 

@@ -1,4 +1,4 @@
-"""Files that the page may name: those below the folders of the command line, and those that were uploaded."""
+"""Files that the page may use: those in the folders that the command line names, and uploaded files."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pathlib import Path
 from sigmatau.app.answers import CallError, missing
 
 _ENDINGS = re.compile(r"(\.[A-Za-z0-9]{1,8}){1,2}$")
-SQLITE_ENDS = ("-wal", "-shm", "-journal")  # ends of the names of files that belong to a database, which removes them
-_LONGEST_NAME = 200  # characters of the name of an uploaded file that are shown
+SQLITE_ENDS = ("-wal", "-shm", "-journal")  # ends of the names of temporary files of SQLite
+_LONGEST_NAME = 200  # largest number of characters of a file name
 
 
 class Roots:
-    """The folders and files of the command line.
+    """The folders, files and stores that the command line names.
 
     Parameters
     ----------
     places : iterable of Path
-        Folders, and files alone.
+        Folders and single files.
     stores : sequence of str
-        URLs of stores. The page names them by their place in this list, and does not see their passwords.
+        URLs of stores. The page identifies a store by its position in this list, and does not receive its password.
     """
 
     def __init__(self, places: Iterable[Path], stores: Sequence[str] = ()) -> None:
@@ -33,7 +33,7 @@ class Roots:
         self.places: tuple[Path, ...] = tuple(dict.fromkeys(place.resolve() for place in places))
 
     def find(self, path: object) -> Path:
-        """A place below the roots, with all links resolved; raises `CallError` for any other, whether it exists or not."""
+        """A path below the roots, with links resolved; raises `CallError` for any other path, whether it exists or not."""
         text = str(path)
         refused = missing(f"{text[:_LONGEST_NAME]}: no such file below the folders of this workbench")
         if not isinstance(path, str) or "\0" in text or "://" in text:
@@ -41,7 +41,7 @@ class Roots:
         try:
             resolved = Path(text).resolve()
             is_below = any(resolved == root or root in resolved.parents for root in self.places)
-            exists = is_below and (resolved.is_file() or resolved.is_dir())  # a pipe would be waited for
+            exists = is_below and (resolved.is_file() or resolved.is_dir())  # reading a pipe would not end
         except (OSError, RuntimeError, ValueError):  # a loop of links, a name that is too long
             raise refused from None
         if not exists:
@@ -49,7 +49,7 @@ class Roots:
         return resolved
 
     def find_store(self, number: object) -> tuple[str, str]:
-        """URL of a store, and the URL without its password; raises `CallError`."""
+        """URL of a store, and the URL without its password; raises `CallError` for an unknown number."""
         if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < len(self._stores):
             raise missing("no such store was named at the start of this workbench")
         return self._stores[number], self.stores[number]
@@ -61,7 +61,7 @@ class Roots:
         return [re.sub(r"([?&]password=)[^&]*", r"\1…", url) for url in hidden]
 
     def new_file(self, name: str) -> Path:
-        """The place of a new file in the first folder; raises `CallError` for the name of a path."""
+        """Path of a new file in the first folder; raises `CallError` unless `name` is a plain file name."""
         folder = self.folder()
         if folder is None:
             raise missing("no folder was opened in which the record can be saved; start sigmatau app FOLDER")
@@ -77,7 +77,7 @@ class Roots:
         return next((place for place in self.places if place.is_dir()), None)
 
     def parent(self, path: Path) -> Path | None:
-        """The folder above, if it is below the roots too."""
+        """The parent folder, if the page may list it; otherwise None."""
         above = path.parent
         return above if any(above == root or root in above.parents for root in self.places) else None
 
@@ -89,9 +89,9 @@ class Upload:
     Attributes
     ----------
     name : str
-        What the page calls it: shown, and never the name of a file here.
+        Name on the user's computer, for display only; `path` has another name.
     path : Path
-        Where it is until the end.
+        Temporary file.
     size : int
         [bytes]
     """
@@ -102,22 +102,22 @@ class Upload:
 
 
 class Uploads:
-    """Files that the page sent, in a temporary folder that is removed at the end.
+    """Uploaded files, in a temporary folder that `close` removes.
 
     Parameters
     ----------
     limit : int
-        Bytes of one file, and of all of them.
+        Largest size of all uploaded files together. [bytes]
     """
 
     def __init__(self, limit: int) -> None:
         self.limit = limit
         self._folder: Path | None = None
         self._files: dict[str, Upload] = {}
-        self._coming: dict[str, int] = {}  # bytes so far of files that are being sent
+        self._coming: dict[str, int] = {}  # received bytes of files whose upload has not ended
 
     def begin(self, name: str) -> tuple[str, str, Path]:
-        """Identifier, shown name, and place of a file that is about to be sent."""
+        """Identifier, displayed name, and temporary path of a new upload."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="sigmatau-app-"))
         shown = name.replace("\\", "/").rpartition("/")[2][:_LONGEST_NAME] or "log"
@@ -126,26 +126,26 @@ class Uploads:
         return id_, shown, self._folder / f"{secrets.token_hex(8)}{ending[0] if ending else ''}"
 
     def room(self) -> int:
-        """Bytes that may still be sent."""
+        """Number of bytes that may still be uploaded."""
         free = shutil.disk_usage(self._folder or tempfile.gettempdir()).free
         sizes = (*(file.size for file in self._files.values()), *self._coming.values())
         return min(self.limit - sum(sizes), free // 2)
 
     def receive(self, id_: str, size: int) -> None:
-        """Count a part of a file that is being sent; raises `CallError` if there is no room for it."""
+        """Count a received part of a file; raises `CallError` if it exceeds the limit or the free space."""
         room = self.room()
         if size > room:
             raise too_large(self._coming.get(id_, 0) + room)
         self._coming[id_] = self._coming.get(id_, 0) + size
 
     def end(self, id_: str, upload: Upload | None) -> None:
-        """Keep a file that was sent, or forget one that was not."""
+        """End an upload; `upload` is None if it failed."""
         self._coming.pop(id_, None)
         if upload is not None:
             self._files[id_] = upload
 
     def find(self, id_: object) -> Upload:
-        """The file of an identifier; raises `CallError`."""
+        """The file of an identifier; raises `CallError` for an unknown one."""
         if not isinstance(id_, str) or id_ not in self._files:
             raise missing("this file was not uploaded, or has been removed")
         return self._files[id_]
@@ -162,7 +162,7 @@ class Uploads:
 
 
 def too_large(limit: int) -> CallError:
-    """The error about a file that is larger than what is left."""
+    """The error of a file that exceeds the remaining space."""
     size = f"{limit / 1e6:.0f} MB" if limit > 0 else "nothing"
     message = f"the file is too large to upload ({size} left); start sigmatau app with its folder, and choose it there"
     return CallError({"message": message, "hint": None, "code": "size"})

@@ -1,5 +1,5 @@
-"""Requests that the server refuses: other hosts and origins, wrong tokens, and bodies that are too large; and its
-headers.
+"""Refusal of requests from other hosts and origins, with a wrong token, or with a body that is too large; and the headers of
+all answers.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MAX_BODY = 1 << 20
-"""Largest body of a question, not of an upload. [bytes]"""
+"""Largest body of a request that is not an upload. [bytes]"""
 
 HEADERS: Mapping[str, str] = {
     "Content-Security-Policy": (
@@ -32,14 +32,17 @@ HEADERS: Mapping[str, str] = {
 }
 """Headers of every answer."""
 
-_SAME_SITE = ("same-origin", "none")  # values of Sec-Fetch-Site of what the page or the user asks
+_SAME_SITE = (
+    "same-origin",
+    "none",
+)  # values of Sec-Fetch-Site in requests of the page, and in those that the user types
 
 
 class Guard:
     """Passes on only requests of the page, after removing the token from the path.
 
-    A name of another host that is pointed at this computer (DNS rebinding) has another Host. A page of another site sends
-    its Origin, and does not know the token.
+    If the name of another host is resolved to this computer (DNS rebinding), the header Host has that name. A page of
+    another site sends its Origin, and does not know the token.
     """
 
     def __init__(self, app: ASGIApp, *, token: str, hosts: Iterable[str], max_upload: int) -> None:
@@ -72,7 +75,7 @@ class Guard:
         await self._app(scope, _bounded(receive, limit), send)
 
     def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
-        """Status and reason of a request that is refused; None for one that is answered."""
+        """Status and reason if a request is refused; otherwise None."""
         hosts = headers.getlist("host")
         if len(hosts) != 1 or hosts[0] not in self._hosts:
             return 403, "the name of the host is not that of this server"
@@ -97,7 +100,7 @@ def _content_length(headers: Headers) -> int:
 
 
 def _bounded(receive: Receive, limit: int) -> Receive:
-    """Read the body up to a limit, whatever length is declared. Raises `TooLargeError` beyond it."""
+    """Limit the size of the body that is read, whatever its header declares; raises `TooLargeError`."""
     size = 0
 
     async def bounded() -> Message:

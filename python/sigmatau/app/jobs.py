@@ -1,4 +1,4 @@
-"""Running analyses, and stored results. Two pages cannot access each other's, because identifiers are random."""
+"""Running analyses, and results in memory. Identifiers are random, so that a page cannot guess those of another page."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ from sigmatau.app.workers import Worker, Workers
 
 JobState = Literal["waiting", "running", "done", "failed", "cancelled"]
 
-_MOST_RESULTS = 64
-_MOST_BYTES = 1 << 28  # of all results
-_MOST_JOBS = 256  # that are remembered
-_MOST_WAITING = 32
+_MOST_RESULTS = 64  # largest number of results in memory
+_MOST_BYTES = 1 << 28  # largest size of all results together [bytes]
+_MOST_JOBS = 256  # largest number of analyses, running or ended, that can be asked for
+_MOST_WAITING = 32  # largest number of analyses that have not ended
 
 
 @dataclass(kw_only=True)
 class Result:
-    """Stored data of an analysis.
+    """The result of an analysis, in memory.
 
     Attributes
     ----------
     analysis : bytes
         The `Analysis`, for the calls of workers.
     result, shown : str
-        JSON of the result, and of what the page shows beside it.
+        JSON of the result, and of the text that the page shows with it.
     log : LogFile or None
-        The log; None for a result that was read.
+        The log; None for a result that was read from a file.
     name : str
-        What the user calls it.
+        Name of the log or of the file, as the user knows it.
     table : dict
-        Options, as the page stated them.
+        Options as typed in the page.
     content : bytes or None
-        Content of the report, once the charts were made.
+        Content of the report; None until the charts are made.
     charts : str
-        The charts as JSON; empty before.
+        The charts as JSON; empty until they are made.
     lock : Lock
-        Lock for the threads that make the charts.
+        Held by the thread that makes the charts.
     """
 
     analysis: bytes
@@ -57,19 +57,19 @@ class Result:
 
     @property
     def size(self) -> int:
-        """Bytes, about."""
+        """Approximate size. [bytes]"""
         return len(self.analysis) + len(self.result) + len(self.shown) + len(self.content or b"") + len(self.charts)
 
 
 class Results:
-    """Results by identifier; those that were not used for longest are forgotten beyond a bound."""
+    """Results by identifier; above the limits, the least recently used ones are removed."""
 
     def __init__(self) -> None:
         self._results: OrderedDict[str, Result] = OrderedDict()
         self._lock = threading.Lock()
 
     def add(self, result: Result) -> str:
-        """Keep a result and return its identifier."""
+        """Add a result and return its identifier."""
         id_ = secrets.token_urlsafe(12)
         with self._lock:
             self._results[id_] = result
@@ -80,10 +80,10 @@ class Results:
         return id_
 
     def find(self, id_: object) -> Result:
-        """The result of an identifier; raises `CallError`."""
+        """The result of an identifier; raises `CallError` for an unknown one."""
         with self._lock:
             if not isinstance(id_, str) or id_ not in self._results:
-                raise missing("there is no such result, or it was forgotten for newer ones; analyse the log again")
+                raise missing("there is no such result, or it was removed to make room; analyse the log again")
             self._results.move_to_end(id_)
             return self._results[id_]
 
@@ -106,17 +106,17 @@ class Job:
         self.error: dict[str, Any] | None = None
         self.result: str | None = None
         self._stages: list[tuple[str, float]] = []
-        self._made, self._ended = time.monotonic(), 0.0
+        self._created, self._ended = time.monotonic(), 0.0
         self._worker: Worker | None = None
         self._lock = threading.Lock()
 
     @property
     def over(self) -> bool:
-        """Whether it has ended."""
+        """Whether the analysis has ended."""
         return self.state not in ("waiting", "running")
 
     def run(self, workers: Workers, results: Results) -> None:
-        """Run it; its end is in `state`."""
+        """Run the analysis; `state` shows how it ended."""
         try:
             with workers.take(self.log.path, self._begin, sticky=False) as worker:
                 parts = worker.call("analyze", {"log": self.log, "table": self.table}, self._stage)
@@ -132,7 +132,7 @@ class Job:
                 )
 
     def cancel(self) -> None:
-        """End it, if it runs: its process is killed."""
+        """Cancel the analysis and kill its process; no effect after its end."""
         with self._lock:
             if self.over:
                 return
@@ -152,7 +152,7 @@ class Job:
             "job": self.id,
             "state": self.state,
             "stages": stages,
-            "elapsed_s": round(now - self._made, 3),
+            "elapsed_s": round(now - self._created, 3),
             "error": self.error,
             "result": self.result,
         }
@@ -189,7 +189,7 @@ class Jobs:
         self._lock = threading.Lock()
 
     def start(self, log: Any, table: Mapping[str, Any]) -> Job:  # noqa: ANN401  a LogFile
-        """Start an analysis; raises `CallError` if too many wait."""
+        """Start an analysis; raises `CallError` if too many have not ended."""
         job = Job(log, table)
         with self._lock:
             if sum(not each.over for each in self._jobs.values()) >= _MOST_WAITING:
@@ -202,7 +202,7 @@ class Jobs:
         return job
 
     def find(self, id_: str) -> Job:
-        """The analysis of an identifier; raises `CallError`."""
+        """The analysis of an identifier; raises `CallError` for an unknown one."""
         with self._lock:
             if id_ not in self._jobs:
                 raise missing("there is no such analysis")

@@ -14,7 +14,7 @@ from sigmatau.lab.store.connect import is_store
 
 FileKind = Literal["folder", "log", "result", "store", "model", "datasheet", "session"]
 
-_LONGEST_TOML = 1 << 20  # of a model, a datasheet or a session [bytes]
+_LONGEST_TOML = 1 << 20  # largest size of a model, a datasheet or a session [bytes]
 
 
 def file_kind(path: Path) -> FileKind | None:

@@ -13,11 +13,11 @@ from typing import Any
 from sigmatau.app.calls import Progress
 from sigmatau.app.kinds import file_kind
 
-_MOST_ENTRIES = 5000
+_MOST_ENTRIES = 5000  # largest number of entries of a folder that are listed, or files whose sizes are added
 
 
-def listed(*, folder: str, parent: str | None, progress: Progress) -> str:
-    """Folders and files of a folder by name, as JSON; hidden files and those of other kinds are not listed."""
+def list_folder(*, folder: str, parent: str | None, progress: Progress) -> str:
+    """Entries of a folder by name, as JSON; hidden files and files that the page cannot use are omitted."""
     entries: list[dict[str, Any]] = []
     with os.scandir(folder) as files:
         names = sorted((entry.name for entry in files if not entry.name.startswith(".")), key=str.casefold)
@@ -28,8 +28,8 @@ def listed(*, folder: str, parent: str | None, progress: Progress) -> str:
     return json.dumps(content)
 
 
-def named(*, places: Sequence[str], stores: Sequence[str], progress: Progress) -> str:
-    """The folders, files and stores of the command line, as entries of a folder without a path."""
+def list_arguments(*, places: Sequence[str], stores: Sequence[str], progress: Progress) -> str:
+    """The folders, files and stores that the command line names, in the form of `list_folder`, without a path."""
     entries = [entry for place in places if (entry := _entry(Path(place))) is not None]
     entries += [
         {"name": url, "path": None, "store": number, "kind": "store", "bytes": None, "modified": None}

@@ -1,4 +1,4 @@
-"""Requests of the live view: ports, and the record that runs."""
+"""Requests of the live view: serial ports, and the live record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sigmatau.app.recording import Recording
     from sigmatau.app.routes import Handler, Workbench
 
-_BAUD = 115200  # usual speed of a port [bit/s]
+_BAUD = 115200  # default speed of a port [bit/s]
 
 
 def live_routes(workbench: Workbench) -> list[tuple[str, str, Handler]]:
@@ -29,14 +29,14 @@ def live_routes(workbench: Workbench) -> list[tuple[str, str, Handler]]:
         ("/api/ports", "GET", handlers.ports),
         ("/api/live", "GET", handlers.state),
         ("/api/live/start", "POST", handlers.start),
-        ("/api/live/options", "POST", handlers.restate),
+        ("/api/live/options", "POST", handlers.change_options),
         ("/api/live/columns", "POST", handlers.columns),
         ("/api/live/stop", "POST", handlers.stop),
     ]
 
 
 class _LiveRecord:
-    """Handlers on the live record of a workbench: it has one at a time, for all pages."""
+    """Handlers of the live record. A workbench has at most one at a time, which all pages share."""
 
     def __init__(self, workbench: Workbench) -> None:
         self._workbench = workbench
@@ -44,7 +44,7 @@ class _LiveRecord:
 
     async def ports(self, request: Request) -> Response:
         """The serial ports of this computer."""
-        return text_answer(await self._workbench.look(None, "ports"))
+        return text_answer(await self._workbench.ask(None, "ports"))
 
     async def state(self, request: Request) -> Response:
         """The live record so far."""
@@ -52,12 +52,12 @@ class _LiveRecord:
         return json_answer({"state": "none"}) if recording is None else text_answer(recording.content())
 
     async def start(self, request: Request) -> Response:
-        """Record a serial port, or follow a file that grows."""
+        """Record a serial port, or follow a file to which another program writes."""
         body = await read_body(request)
         path, save = text_in(body, "path"), text_in(body, "save")
         if path is not None and not (save is None and body.get("port") is None):
-            raise refuse_body("a file that grows is its own log: give path alone, or port and save")
-        source = await self._workbench.look(
+            raise refuse_body("give path, for a file that another program writes, or port and save")
+        source = await self._workbench.ask(
             None,
             "live_source",
             port=text_in(body, "port"),
@@ -76,32 +76,32 @@ class _LiveRecord:
                 running.close()
         return text_answer(recording.content(), 202)
 
-    async def restate(self, request: Request) -> Response:
-        """Change the options of reading."""
+    async def change_options(self, request: Request) -> Response:
+        """Change the reading options."""
         recording, table = self._recording(), table_in(await read_body(request))
         source = recording.source
         if source.source == "-":
             checked = replace(source, table=table)
         else:
-            named: dict[str, Any] = {"port": source.source} if source.baud is not None else {"path": source.source}
-            checked = await self._workbench.look(
+            origin: dict[str, Any] = {"port": source.source} if source.baud is not None else {"path": source.source}
+            checked = await self._workbench.ask(
                 None,
                 "live_source",
-                **({"port": None, "path": None} | named),
+                **({"port": None, "path": None} | origin),
                 baud=source.baud or _BAUD,
                 save=source.save,
                 table=table,
             )
-        recording.restate(table, checked.command)
+        recording.change_options(table, checked.command)
         return json_answer({"options": table})
 
     async def columns(self, request: Request) -> Response:
-        """The columns of the first lines, with these options of reading."""
+        """The columns of the first lines, read with the options of the request."""
         from sigmatau.app.log import LogFile
 
         recording, table = self._recording(), table_in(await read_body(request))
         log = LogFile(path=recording.first_lines, name=recording.source.source)
-        return text_answer(await self._workbench.look(log.path, "open", log=log, table=table))
+        return text_answer(await self._workbench.ask(log.path, "open", log=log, table=table))
 
     async def stop(self, request: Request) -> Response:
         """End the live record."""
@@ -116,7 +116,7 @@ class _LiveRecord:
 
 
 def _begin(source: Any) -> Recording:  # noqa: ANN401  a LiveSource
-    """The record of a source, which has begun; raises `CallError`."""
+    """Begin to record a source; raises `CallError` if it cannot be opened."""
     from sigmatau.app.recording import Recording
 
     try:

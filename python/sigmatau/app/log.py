@@ -15,36 +15,36 @@ class LogFile:
     Attributes
     ----------
     path : str
-        Where it is.
+        Path of the file, which is temporary if it was uploaded.
     name : str
-        What the user calls it: the path, or the name of an uploaded file.
+        Name for the user: the path, or the name of the uploaded file.
     """
 
     path: str
     name: str
 
     def key(self) -> tuple[object, ...]:
-        """Size and time of the file, which show whether it is still the same."""
+        """Path, name, size and time of the file, which differ if it has changed."""
         status = Path(self.path).stat()
         return self.path, self.name, status.st_mtime_ns, status.st_size, status.st_ino
 
 
 @dataclass(frozen=True, kw_only=True)
 class LiveSource:
-    """What is recorded while the page is open.
+    """Source of live samples.
 
     Attributes
     ----------
     source : str
-        The name of a serial port, of a file that grows, or ``-`` for standard input.
+        Name of a serial port, path of a file to which another program writes, or ``-`` for standard input.
     baud : int or None
-        Speed of the port; None for another source. [bit/s]
+        Speed of the port; None for other sources. [bit/s]
     save : str or None
-        The new file to which the samples are written.
+        New file to which the samples are written; None if they are not saved.
     table : dict
-        Options of reading as they were typed.
+        Reading options as typed.
     at_rest : bool
-        Whether all samples count as at rest.
+        Whether all samples are taken as at rest.
     command : str
         The command that does the same in a terminal.
     """
@@ -58,5 +58,5 @@ class LiveSource:
 
     @property
     def log(self) -> str | None:
-        """The log that has all samples: the saved one, or the file that is followed; None if nothing is kept."""
+        """File with all samples: the saved file, or the followed one; None if the samples are not saved."""
         return self.save if self.save is not None or self.source == "-" or self.baud is not None else self.source

@@ -1,4 +1,4 @@
-"""A log as the page shows it before an analysis: its columns, what they contain, and the picture of its samples."""
+"""Calls that open a log before its analysis: columns with statistics of their values, and envelopes of the samples."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from sigmatau.results import printable
 from sigmatau.typed.config import EXPORT, check_names, command_line, from_toml, split_exports, to_toml
 from sigmatau.units import FIGURE_UNITS
 
-_MOST_COLUMNS = 512  # of a table that are listed
-_LARGEST_WHOLE = 2.0**63  # whole numbers below it are shown with all digits
-_SPARK_DIGITS = 12  # time stamps of a year in ns differ in the seventh digit
-_MOST_STRETCHES = 4000  # of an envelope
+_MOST_COLUMNS = 512  # largest number of columns of a table that are listed
+_LARGEST_WHOLE = 2.0**63  # smaller whole numbers are shown with all digits
+_SPARK_DIGITS = 12  # digits of a sparkline: time stamps in ns since 1970 differ only after the seventh
+_MOST_STRETCHES = 4000  # largest number of points of an envelope
 
 
 def about(*, progress: Progress) -> str:
-    """Information that the page needs when it is opened."""
+    """Formats, targets, options, terms and units, for a page that is opened."""
     content = {
         "version": __version__,
         "formats": worded(FORMATS),
@@ -63,19 +63,19 @@ def configured(
     *, table: Mapping[str, Any] | None, toml: str | None, log_name: str | None, target: str | None,
     choices: Mapping[str, Any], progress: Progress,
 ) -> str:  # fmt: skip
-    """Options as a configuration file and as a command, or a configuration file as options.
+    """Convert options to a configuration file and a command, or a configuration file to options.
 
-    If a `target` is named, they also export its file, with the `choices` of the export.
+    With a `target`, the file and the command also export its file, with the options `choices`.
     """
     if toml is not None:
         return json.dumps(_session(toml), default=str)
     check_names(table or {})
     check_names(choices, exports=True)
-    whole = dict(table or {})
+    options = dict(table or {})
     if target is not None:
-        wanted = find_target(target)
-        whole |= {EXPORT: [f"{wanted.name}={default_file(wanted)}"], **choices}
-    return json.dumps({"toml": to_toml(whole, log=log_name), "command": command_line(log_name or "LOG", whole)})
+        found_target = find_target(target)
+        options |= {EXPORT: [f"{found_target.name}={default_file(found_target)}"], **choices}
+    return json.dumps({"toml": to_toml(options, log=log_name), "command": command_line(log_name or "LOG", options)})
 
 
 def kind_of_file(*, log: LogFile, progress: Progress) -> str | None:
@@ -84,7 +84,7 @@ def kind_of_file(*, log: LogFile, progress: Progress) -> str | None:
 
 
 def opened_session(*, log: LogFile, progress: Progress) -> str:
-    """The log of a saved session, its options, and the target and choices of its file, as JSON."""
+    """A saved session as JSON: the log, the options of the analysis, the target of the export and its options."""
     session = _session(Path(log.path).read_text(encoding="utf-8-sig", errors="replace"))
     if session["log"] is None:
         raise OptionError('the session names no log: it needs a line log = "…"', option="config")
@@ -92,7 +92,7 @@ def opened_session(*, log: LogFile, progress: Progress) -> str:
 
 
 def _session(toml: str) -> dict[str, Any]:
-    """Parse a configuration file: options of the analysis, log, first target and choices of the export."""
+    """Parse a configuration file: options of the analysis, log, and the first target of the export with its options."""
     stated, named = from_toml(toml)
     options, exports, choices = split_exports(stated)
     check_names(options)
@@ -100,7 +100,7 @@ def _session(toml: str) -> dict[str, Any]:
 
 
 def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> str:
-    """The columns of a log with what they contain, as JSON; see the documentation of ``api/open``."""
+    """The columns of a log with statistics of their values, as JSON; see the documentation of ``api/open``."""
     check_names(table)
     contents = inspected(log, table)
     info = _shown_table(contents)
@@ -137,7 +137,7 @@ def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> s
 
 
 def inspected(log: LogFile, table: Mapping[str, Any]) -> Inspection:
-    """The content of a log, read once for the columns and for the pictures."""
+    """Inspect a log. It is read once, for the columns and for the envelopes."""
 
     def look() -> Inspection:
         return inspection.inspect(log.path, ReadOptions(**reading_options(table)), sampled=True)
@@ -146,7 +146,7 @@ def inspected(log: LogFile, table: Mapping[str, Any]) -> Inspection:
 
 
 def _shown_table(contents: Inspection) -> TableInfo:
-    """The table whose columns are shown: the one that is read, else one with a question, else one with a sensor."""
+    """The table whose columns are shown: one that is read, otherwise one with a question, otherwise one with a sensor."""
     ranks = [
         (
             table.chosen,
@@ -199,7 +199,7 @@ def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any])
 
 
 def _first_value(value: float) -> float | int | None:
-    """A value as it is shown: whole numbers, such as time stamps, with all digits."""
+    """Round a value, but show whole numbers, such as time stamps, with all digits."""
     return int(value) if value.is_integer() and abs(value) < _LARGEST_WHOLE else number(value, 9)
 
 
@@ -235,7 +235,7 @@ def _role(channel: str | None) -> str:
 
 
 def _unit(stated: str | None, channel: str | None, reading: Mapping[str, Any]) -> tuple[str | None, str]:
-    """The unit of a column as it is spelled, and where it comes from."""
+    """The unit of a column as it was typed, and who stated it: the user or the file."""
     stated_units: Mapping[str, str] = reading.get("unit") or {}
     if channel is not None:
         for key in (channel, stream_name(channel)):
@@ -275,19 +275,19 @@ def envelopes(
     *, log: LogFile, table: Mapping[str, Any], channel: str | None, from_s: float | None, to_s: float | None, width: int,
     may_read: bool, progress: Progress,
 ) -> str | None:  # fmt: skip
-    """Smallest and largest samples of each stretch of the record, or of a part of it, as JSON.
+    """Smallest and largest sample of each of `width` intervals of the record, or of a part of it, as JSON.
 
-    None if this process has no record and may not read it.
+    None if the record is not cached and `may_read` is false.
     """
     check_names(table)
     if not 1 <= width <= _MOST_STRETCHES:
         raise OptionError(
-            f"{{option}} must be a number of stretches, 1 to {_MOST_STRETCHES}, not {width}", option="width"
+            f"{{option}} must be a number of intervals, 1 to {_MOST_STRETCHES}, not {width}", option="width"
         )
     record = cached_record(log, table)
     if record is None and not may_read:
         return None
-    record = from_the_start(record or _readable(log, table))
+    record = from_the_start(record or _require_record(log, table))
     if channel is not None and channel not in record.channels:
         raise OptionError(f"no channel {channel!r}; channels: {', '.join(record.channels)}", option="channel")
     drawn: dict[str, Any] = {}
@@ -318,8 +318,8 @@ def envelopes(
     return json.dumps(content, allow_nan=False)
 
 
-def _readable(log: LogFile, table: Mapping[str, Any]) -> Record:
-    """The record of a log; raises the question of one that cannot be read yet."""
+def _require_record(log: LogFile, table: Mapping[str, Any]) -> Record:
+    """The record of a log; raises the `OptionError` that asks for a missing option."""
     contents = inspected(log, table)
     if contents.record is None:
         question = contents.question or _shown_table(contents).question

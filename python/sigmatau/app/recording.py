@@ -1,4 +1,4 @@
-"""The live record of a workbench: its process, and the last state that it sent."""
+"""The live record of a workbench: the process that records, and the last state that it sent."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from sigmatau.app.log import LiveSource
 
 _START = 60.0  # longest time in which the process opens the source [s]
-_END = 5.0  # longest time between a stop and the end of the process [s]
+_END = 5.0  # time after which a process that does not stop is killed [s]
 _ENDED: dict[str, Any] = {
-    "message": "the process that records has ended before it was stopped; what had arrived is in the saved log",
+    "message": "the process that records ended unexpectedly; the saved log has the samples up to its end",
     "hint": None,
     "code": "failed",
 }
@@ -48,11 +48,11 @@ class Recording:
         self._stopping = False
         self._folder = TemporaryDirectory(prefix="sigmatau-live-")
         context = multiprocessing.get_context("spawn")
-        self._states, theirs = context.Pipe()
-        self._process = context.Process(target=_record, args=(theirs, live_source, self.first_lines), daemon=True)
+        self._states, remote = context.Pipe()
+        self._process = context.Process(target=_record, args=(remote, live_source, self.first_lines), daemon=True)
         with uninterrupted():
             self._process.start()
-        theirs.close()
+        remote.close()
         self._state: tuple[str, dict[str, Any] | None, str] = ("waiting", None, "{}")
         first = self._first_state()
         if first[0] == "failed":
@@ -104,15 +104,15 @@ class Recording:
         self._receiver.join(_END)
         return self.source.log
 
-    def restate(self, table: Mapping[str, Any], command: str) -> None:
-        """Analyse with other options of reading; what is saved is read again."""
+    def change_options(self, table: Mapping[str, Any], command: str) -> None:
+        """Analyse with other reading options; the saved log is read again."""
         self.source = replace(self.source, table=table, command=command)
         with contextlib.suppress(OSError):
             self._states.send(dict(table))
 
     @property
     def running(self) -> bool:
-        """Whether it records."""
+        """Whether the record has not ended."""
         return self._state[0] == "recording"
 
     def close(self) -> None:
@@ -121,7 +121,7 @@ class Recording:
         self._folder.cleanup()
 
     def _end(self) -> None:
-        """End the process: it is asked to, and killed if it does not."""
+        """Ask the process to end, and kill it if it does not."""
         self._stopping = True
         with contextlib.suppress(OSError):
             self._states.send("stop")
@@ -130,7 +130,7 @@ class Recording:
 
 
 def _record(states: Connection, live_source: LiveSource, first_lines: str) -> None:
-    """Record in this process; the server does not import what reads and analyses."""
+    """Record in this process. The import is here because the server does not need the packages that analyse."""
     from sigmatau.app.watching import record
 
     record(states, live_source, first_lines)

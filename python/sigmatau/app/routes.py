@@ -1,6 +1,6 @@
 """Requests and answers: every path of the server, below its token.
 
-The schema is on the page ``docs/how-to/workbench-api.md``. Workers make the answers; the server reads no log.
+The schema is on the page ``docs/how-to/workbench-api.md``. Worker processes read the logs and make the answers.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 Handler = Callable[["Request"], Awaitable[Response]]
 
-_LOOKS, _ANALYSES = 2, 2  # number of processes for requests of the page, and for analyses
-_PATIENCE = 300.0  # for a look [s]
-_WIDTH = 1000  # number of stretches of an envelope, unless it is stated
+_VIEWERS, _ANALYSES = 2, 2  # number of processes for short requests of the page, and for analyses
+_PATIENCE = 300.0  # longest time of a short request [s]
+_WIDTH = 1000  # default number of intervals of an envelope
 
 
 class Workbench:
@@ -46,9 +46,9 @@ class Workbench:
     Parameters
     ----------
     roots : Roots
-        Files that may be named by path.
+        Files that the page may name by path.
     max_upload : int
-        Bytes of the files that may be uploaded.
+        Largest size of all uploaded files together. [bytes]
     recording : Recording, optional
         The live record of the command line.
     """
@@ -57,7 +57,7 @@ class Workbench:
         self.roots = roots
         self.recording: Recording | None = recording
         self.uploads: Uploads = Uploads(max_upload)
-        self.looks: Workers = Workers(_LOOKS, ("about", "open"))
+        self.viewers: Workers = Workers(_VIEWERS, ("about", "open"))
         self.analyses: Workers = Workers(_ANALYSES, ("analyze",))
         self.results: Results = Results()
         self.jobs: Jobs = Jobs(self.analyses, self.results)
@@ -65,7 +65,7 @@ class Workbench:
         self._files = dict(_static_files())
 
     def application(self) -> Starlette:
-        """The application behind the guard."""
+        """The application, to which `Guard` passes requests."""
         routes = [
             ("/", "GET", self.page),
             ("/static/{name:path}", "GET", self.static),
@@ -88,7 +88,7 @@ class Workbench:
             *live_routes(self),
         ]
         return Starlette(
-            routes=[Route(path, _answering(handler), methods=[method]) for path, method, handler in routes],
+            routes=[Route(path, _with_error_answers(handler), methods=[method]) for path, method, handler in routes],
             exception_handlers={404: _no_such_path, 405: _no_such_path, Exception: _internal},
         )
 
@@ -96,7 +96,7 @@ class Workbench:
         """End the live record and the workers, and remove the uploaded files."""
         if self.recording is not None:
             self.recording.close()
-        self.looks.close()
+        self.viewers.close()
         self.analyses.close()
         self.uploads.close()
 
@@ -105,7 +105,7 @@ class Workbench:
         return Response(self._files["index.html"].read_bytes(), media_type="text/html")
 
     async def static(self, request: Request) -> Response:
-        """A script or a style of the page, or one that it shares with the report."""
+        """A script or a style of the page, including those that it shares with the report."""
         name = request.path_params["name"]
         if name not in self._files:
             raise missing(f"no such file: {name}")
@@ -115,7 +115,7 @@ class Workbench:
     async def about(self, request: Request) -> Response:
         """Version, folders, targets, terms and units."""
         if self._about is None:
-            self._about = json.loads(await self.look(None, "about"))
+            self._about = json.loads(await self.ask(None, "about"))
         facts = {
             "roots": list(map(str, self.roots.places)),
             "max_upload": self.uploads.room(),
@@ -125,21 +125,21 @@ class Workbench:
         return json_answer(self._about | facts)
 
     async def files(self, request: Request) -> Response:
-        """The files of a folder; without a path the folders of the command line."""
+        """The files of a folder; without a path, the folders that the command line names."""
         path = request.query_params.get("path")
         if not path:
             places = list(map(str, self.roots.places))
-            return text_answer(await self.look(None, "named", places=places, stores=self.roots.stores))
-        place = self.roots.find(path)
-        if not place.is_dir():
+            return text_answer(await self.ask(None, "named", places=places, stores=self.roots.stores))
+        folder = self.roots.find(path)
+        if not folder.is_dir():
             raise missing(f"{path}: is not a folder")
-        parent = self.roots.parent(place)
+        parent = self.roots.parent(folder)
         return text_answer(
-            await self.look(None, "files", folder=str(place), parent=None if parent is None else str(parent))
+            await self.ask(None, "files", folder=str(folder), parent=None if parent is None else str(parent))
         )
 
     async def upload(self, request: Request) -> Response:
-        """Keep the body as a file until the end."""
+        """Save the body as a temporary file."""
         id_, name, path = self.uploads.begin(request.query_params.get("name", ""))
         size, upload = 0, None
         try:
@@ -161,24 +161,24 @@ class Workbench:
         return json_answer({"removed": True})
 
     async def open(self, request: Request) -> Response:
-        """What a file is: the columns of a log, the runs of a store; a result is kept, and its identifier answered."""
+        """Open a file: the answer has the columns of a log, the runs of a store, or the identifier of a result."""
         body = await read_body(request)
         threading.Thread(target=self.analyses.warm, daemon=True).start()  # an analysis usually follows
         log = self.find_log(body)
-        kind = "store" if body.get("store") is not None else await self.look(None, "kind", log=log)
+        kind = "store" if body.get("store") is not None else await self.ask(None, "kind", log=log)
         if kind == "result":
-            parts = await self.look(log.path, "read_result", log=log)
+            parts = await self.ask(log.path, "read_result", log=log)
             return json_answer({"kind": kind, "result": self.results.add(Result(**parts, name=log.name))})
         if kind == "store":
-            return text_answer(await self.look(log.path, "runs", log=log, unit=None))
+            return text_answer(await self.ask(log.path, "runs", log=log, unit=None))
         if kind in ("model", "datasheet"):
             return json_answer({"kind": kind, "source": log.name})
         if kind == "session":
-            return text_answer(await self.look(None, "session", log=log))
-        return text_answer(await self.look(log.path, "open", log=log, table=table_in(body)))
+            return text_answer(await self.ask(None, "session", log=log))
+        return text_answer(await self.ask(log.path, "open", log=log, table=table_in(body)))
 
     async def envelope(self, request: Request) -> Response:
-        """The picture of the samples."""
+        """The envelope of the samples."""
         body = await read_body(request)
         log = self.find_log(body)
         values: dict[str, Any] = {name: number_in(body, name) for name in ("from_s", "to_s")}
@@ -188,22 +188,22 @@ class Workbench:
         return text_answer(await run_in_threadpool(self._envelope, log.path, values))
 
     def _envelope(self, path: str, values: dict[str, Any]) -> str:
-        """The picture of the samples, by the worker that analysed the log if it waits."""
+        """The envelope of the samples, from the worker that analysed the log if it is idle."""
         with self.analyses.take_reader(path) as reader:
             drawn = reader and reader.call("envelope", values | {"may_read": False}, patience=_PATIENCE)
         if drawn is None:
-            with self.looks.take(path) as worker:
+            with self.viewers.take(path) as worker:
                 drawn = worker.call("envelope", values | {"may_read": True}, patience=_PATIENCE)
         return str(drawn)
 
     async def config(self, request: Request) -> Response:
-        """Options as a configuration file, or the reverse."""
+        """Convert options to a configuration file, or a configuration file to options."""
         body = await read_body(request)
         table = table_in(body) if "options" in body else None
         toml, log, target = text_in(body, "toml"), text_in(body, "log"), text_in(body, "target")
         choices = table_in(body, "choices")
         return text_answer(
-            await self.look(None, "config", table=table, toml=toml, log_name=log, target=target, choices=choices)
+            await self.ask(None, "config", table=table, toml=toml, log_name=log, target=target, choices=choices)
         )
 
     async def analyze(self, request: Request) -> Response:
@@ -215,8 +215,8 @@ class Workbench:
         return json_answer({"job": job.id}, 202)
 
     def _release(self, path: str) -> None:
-        """Release the record of a log that was looked at: the worker that analyses it has its own."""
-        with self.looks.take_reader(path) as worker, contextlib.suppress(CallError):
+        """Release the record of a log that was opened: the worker that analyses it reads its own copy."""
+        with self.viewers.take_reader(path) as worker, contextlib.suppress(CallError):
             if worker is not None:
                 worker.call("forget", {})
 
@@ -225,13 +225,13 @@ class Workbench:
         return json_answer(self.jobs.find(request.path_params["id"]).content())
 
     async def cancel(self, request: Request) -> Response:
-        """End an analysis."""
+        """Cancel an analysis."""
         job = self.jobs.find(request.path_params["id"])
         job.cancel()
         return json_answer(job.content())
 
     async def result(self, request: Request) -> Response:
-        """A result with what the page shows beside it."""
+        """A result, with the text that the page shows with it."""
         id_ = request.path_params["id"]
         result = self.results.find(id_)
         return text_answer(f'{{"id": {json.dumps(id_)}, "result": {result.result.strip()}, {result.shown[1:]}')
@@ -241,10 +241,10 @@ class Workbench:
         result = self.results.find(request.path_params["id"])
         if result.log is None:
             raise CallError({"message": "the result has no samples", "hint": None, "code": "conflict"})
-        return text_answer(await run_in_threadpool(self._made_charts, result))
+        return text_answer(await run_in_threadpool(self._make_charts, result))
 
-    def _made_charts(self, result: Result) -> str:
-        """The charts of a result, made once."""
+    def _make_charts(self, result: Result) -> str:
+        """The charts of a result, which are made at the first request."""
         with result.lock:
             if not result.charts:
                 values = {"analysis": result.analysis, "log": result.log, "table": result.table}
@@ -260,7 +260,7 @@ class Workbench:
         channel, term = str(body.get("channel")), str(body.get("term"))
         force = body.get("force") is True
         return text_answer(
-            await self.look(
+            await self.ask(
                 _key(result), "read_off", analysis=result.analysis, channel=channel, term=term, force=force, **values
             )
         )
@@ -276,22 +276,22 @@ class Workbench:
             return file_answer(text.encode(errors="backslashreplace"), f"{stem}.toml", "application/toml")
         if name in ("report.html", "report.pdf"):
             if result.log is not None:
-                await run_in_threadpool(self._made_charts, result)
+                await run_in_threadpool(self._make_charts, result)
             form = name.partition(".")[2]
-            body = await self.look(_key(result), "report", analysis=result.analysis, content=result.content, form=form)
+            body = await self.ask(_key(result), "report", analysis=result.analysis, content=result.content, form=form)
             return file_answer(body, f"{stem}.{form}", "text/html" if form == "html" else "application/pdf")
         if name in ("curve.csv", "coefficients.csv"):
             what = name.partition(".")[0]
-            body = await self.look(_key(result), "curve", analysis=result.analysis, what=what)
+            body = await self.ask(_key(result), "curve", analysis=result.analysis, what=what)
             return file_answer(body, f"{stem}-{what}.csv", "text/csv")
         if name in ("figure.svg", "figure.png"):
             form = name.partition(".")[2]
-            body = await self.look(_key(result), "figure", analysis=result.analysis, form=form)
+            body = await self.ask(_key(result), "figure", analysis=result.analysis, form=form)
             return file_answer(body, f"{stem}.{form}", "image/svg+xml" if form == "svg" else "image/png")
         raise missing(f"a result has no {name}")
 
     async def export(self, request: Request) -> Response:
-        """The file of another program, as it would be written."""
+        """A preview of the file that an export writes."""
         body = await read_body(request)
         result = self.results.find(body.get("result"))
         target = str(body.get("target"))
@@ -299,7 +299,7 @@ class Workbench:
         rest = None if body.get("inflate") is None else self.results.find(body["inflate"])
         turn_on = None if body.get("turn_on") is None else self.find_log(table_in(body, "turn_on"))
         return text_answer(
-            await self.look(
+            await self.ask(
                 _key(result), "export", analysis=result.analysis, target=target, table=table,
                 rest=None if rest is None else rest.analysis, rest_name="" if rest is None else _json_name(rest),
                 turn_on=turn_on,
@@ -319,11 +319,11 @@ class Workbench:
         path = str(self.roots.find(body.get("path")))
         return LogFile(path=path, name=path)
 
-    async def look(self, key: object, call: str, **values: Any) -> Any:  # noqa: ANN401  what the call returns
-        """Do a call in a worker for looking."""
+    async def ask(self, key: object, call: str, **values: Any) -> Any:  # noqa: ANN401  what the call returns
+        """Run a short call in a worker; a worker that has read `key` is preferred."""
 
         def work() -> Any:  # noqa: ANN401
-            with self.looks.take(key, sticky=key is not None) as worker:
+            with self.viewers.take(key, sticky=key is not None) as worker:
                 return worker.call(call, values, patience=_PATIENCE)
 
         return await run_in_threadpool(work)
@@ -342,7 +342,7 @@ def _key(result: Result) -> object:
     return None if result.log is None else result.log.path
 
 
-def _answering(handler: Handler) -> Handler:
+def _with_error_answers(handler: Handler) -> Handler:
     """Wrap a handler, so that its errors become answers."""
 
     async def answer(request: Request) -> Response:
@@ -365,14 +365,14 @@ async def _internal(request: Request, error: Exception) -> Response:
 
 
 def _static_files() -> Iterator[tuple[str, Traversable]]:
-    """Files of the page by name; with the shared files of the report's charts; a file of the page replaces a shared one."""
+    """Files of the page by name, after those of the charts of reports, so that a file of the page replaces a shared one."""
     for package, folder in (("sigmatau.reporting", "assets"), ("sigmatau.app", "page")):
-        yield from _inside(resources.files(package).joinpath(folder), "")
+        yield from _files_below(resources.files(package).joinpath(folder), "")
 
 
-def _inside(folder: Traversable, before: str) -> Iterator[tuple[str, Traversable]]:
+def _files_below(folder: Traversable, prefix: str) -> Iterator[tuple[str, Traversable]]:
     for entry in folder.iterdir():
         if entry.is_dir():
-            yield from _inside(entry, f"{before}{entry.name}/")
+            yield from _files_below(entry, f"{prefix}{entry.name}/")
         else:
-            yield f"{before}{entry.name}", entry
+            yield f"{prefix}{entry.name}", entry

@@ -1,4 +1,4 @@
-"""The server. It is reachable from this computer only, at an address that cannot be guessed."""
+"""The server of the workbench, which only this computer can reach, at an address that cannot be guessed."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from sigmatau.app.routes import Workbench
 
 MAX_UPLOAD = 4_000_000_000
-"""Default of the size of all files that are uploaded. [bytes]"""
+"""Default of the largest size of all uploaded files together. [bytes]"""
 
 _HOST = "127.0.0.1"
 _NEEDS = "the workbench needs starlette and uvicorn: pip install 'sigmatau[app]'"
 
 
 def need_libraries() -> None:
-    """Raise `ImportError` with the command to install what the server needs, if it is missing."""
+    """Raise `ImportError` if a package of the server is missing; the message has the command that installs it."""
     if any(importlib.util.find_spec(name) is None for name in ("starlette", "uvicorn")):
         raise ImportError(_NEEDS)
 
 
 def guarded(workbench: Workbench, *, token: str, port: int) -> ASGIApp:
-    """The application of a workbench behind its guard."""
+    """The application of a workbench, wrapped by its guard."""
     from sigmatau.app.guard import Guard
 
     hosts = (f"{_HOST}:{port}", f"localhost:{port}")
@@ -58,13 +58,13 @@ def serve(
     stores : sequence of str
         URLs of stores on PostgreSQL that the page may read.
     port : int
-        Port; 0 for any that is free.
+        Port; 0 for any free port.
     max_upload : int
-        Bytes of all files that the page may send.
+        Largest size of all uploaded files together. [bytes]
     recording : Recording, optional
         A live record that the page shows.
     ready : callable
-        Takes the address of the page when its socket listens. The browser can start while the server is imported.
+        Called with the address of the page when the socket listens, so that the browser starts during the imports.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def serve(
     need_libraries()
     from sigmatau.app.files import Roots
 
-    with _listening(port) as listener:
+    with _open_socket(port) as listener:
         token = secrets.token_urlsafe(24)
         try:
             ready(f"http://{_HOST}:{listener.getsockname()[1]}/{token}/")
@@ -93,7 +93,7 @@ def _run(listener: socket.socket, token: str, roots: Roots, *, max_upload: int, 
     from sigmatau.app.routes import Workbench
 
     workbench = Workbench(roots, max_upload=max_upload, recording=recording)
-    threading.Thread(target=workbench.looks.warm, daemon=True).start()
+    threading.Thread(target=workbench.viewers.warm, daemon=True).start()
     config = uvicorn.Config(
         guarded(workbench, token=token, port=listener.getsockname()[1]), log_level="critical", access_log=False,
         lifespan="off", ws="none", server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
@@ -104,13 +104,13 @@ def _run(listener: socket.socket, token: str, roots: Roots, *, max_upload: int, 
         workbench.close()
 
 
-def _listening(port: int) -> socket.socket:
+def _open_socket(port: int) -> socket.socket:
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         listener.bind((_HOST, port))
     except (OSError, OverflowError) as error:
         listener.close()
         reason = error.strerror if isinstance(error, OSError) else None
-        raise DataError(f"port {port} cannot be had: {reason or error}; give another --port") from None
+        raise DataError(f"port {port} is not available: {reason or error}; choose another --port") from None
     listener.listen(128)
     return listener

@@ -1,4 +1,4 @@
-"""Curves of datasheets and of noise models, to be drawn beside those of results."""
+"""Curves of datasheets and of noise models, for the figure of the comparison step."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.reporting.charts import collect_sensors, digits
 from sigmatau.results import printable
 
-_FIRST, _LAST, _PER_DECADE = 1e-3, 1e5, 12  # averaging times of a curve [s], and their number in a decade
+_FIRST, _LAST, _PER_DECADE = 1e-3, 1e5, 12  # first and last averaging time of a curve [s], and their number per decade
 
 
 def listed_datasheets(*, progress: Progress) -> str:
@@ -30,7 +30,7 @@ def listed_datasheets(*, progress: Progress) -> str:
 def specification(
     *, log: LogFile | None, name: str | None, use: str | None, sided: str | None, bias: str | None, progress: Progress
 ) -> str:
-    """Expected curves of a datasheet of the library, or of the file of a datasheet or a noise model, as JSON."""
+    """Expected curves as JSON: of a datasheet of the library, or of a file with a datasheet or a noise model."""
     if log is not None and file_kind(Path(log.path)) == "model":
         model, title, source, origins = NoiseModel.read(log.path), Path(log.name).stem, "", list[str]()
     else:
@@ -55,7 +55,7 @@ def specification(
 
 
 def _in_library(name: str) -> Datasheet:
-    """The datasheet of a name. The path of a file is refused: files are read below the folders of the workbench only."""
+    """Find a datasheet by name. A path is refused, because the page may only read files in the opened folders."""
     if name.endswith(".toml") or set("/\\") & set(name):
         raise OptionError(
             f"{printable(name[:80])!r} is not a datasheet of the library; choose a name of the list", option="name"

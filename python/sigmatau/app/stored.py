@@ -1,4 +1,4 @@
-"""Runs of a results store: their list, and the result of each."""
+"""Calls that list the runs of a results store and read the result of a run."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from sigmatau.lab.store.choosing import Chosen
 from sigmatau.lab.store.store import Store
 from sigmatau.results import printable
 
-_MOST_RUNS = 300  # that are listed
+_MOST_RUNS = 300  # largest number of runs that are listed
 
 
 def listed_runs(*, log: LogFile, unit: str | None, progress: Progress) -> str:
-    """The latest runs of each unit of a store, as JSON; `unit` may have a ``*`` for any text."""
+    """The latest runs of each unit of a store, as JSON; a ``*`` in `unit` matches any text."""
     chosen = Chosen(units=(unit,)) if unit else None
     with Store(log.path, create=False) as store:
         rows = _rows(store, chosen)
-    rows.reverse()  # of a unit the latest one first
+    rows.reverse()  # the latest run of a unit comes first
     rows.sort(key=lambda row: str(row["unit"]))
     listed = [
         {
@@ -42,7 +42,7 @@ def listed_runs(*, log: LogFile, unit: str | None, progress: Progress) -> str:
 
 
 def stored_run(*, log: LogFile, run: int, progress: Progress) -> dict[str, Any]:
-    """The parts of the result of a run, with its name: the unit, the run and the day."""
+    """The parts of the result of a run, and its name, made of the unit, the run and the day."""
     with Store(log.path, create=False) as store:
         row = next((row for row in _rows(store, None) if row["id"] == run), None)
         if row is None:

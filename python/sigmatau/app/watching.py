@@ -1,4 +1,4 @@
-"""The process that records and analyses live samples: it reads, saves, and sends its state every second."""
+"""The process of a live record: it reads, saves and analyses the samples, and sends its state every second."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
 
 _PORT = re.compile(r"/dev/(?!.*\.\.)[\w./-]+|COM\d{1,3}")
-_EVERY = 1.0  # shortest time between two states [s]
-_LARGEST_SHARE = 0.25  # of the time that is used for states; reading and saving come first [1]
-_WAIT = 0.2  # the longest wait for data before a stop is noticed [s]
-_SILENT = 5.0  # time without a line after which a port is called silent [s]
-_PIECE = 1 << 20  # of a log that is read again [bytes]
-_FIRST_LINES = 1 << 18  # size of the file of the first lines [bytes]
-_LONGEST_LINE = 300  # of the last line that is shown [characters]
-_REMAINDER = 0.3  # time after a stop in which what has already arrived is read [s]
+_INTERVAL = 1.0  # shortest time between two states [s]
+_LARGEST_SHARE = 0.25  # largest share of the time that states may take, because reading and saving come first [1]
+_WAIT = 0.2  # longest wait for data, after which a stop is noticed [s]
+_SILENT = 5.0  # time without a line after which a port is reported [s]
+_PIECE = 1 << 20  # size of the pieces in which a log is read again [bytes]
+_FIRST_LINES = 1 << 18  # largest size of the file with the first lines [bytes]
+_LONGEST_LINE = 300  # largest length of the last line that is shown [characters]
+_REMAINDER = 0.3  # time after a stop during which received data are still read [s]
 
 
 def listed_ports(*, progress: Progress) -> str:
@@ -50,10 +50,10 @@ def listed_ports(*, progress: Progress) -> str:
     return json.dumps({"ports": [{"name": name, "text": printable(text)} for name, text in serial_ports()]})
 
 
-def checked_source(
+def check_source(
     *, port: str | None, path: str | None, baud: int, save: str | None, table: Mapping[str, Any], progress: Progress
 ) -> LiveSource:
-    """The source that a page names: a serial port, or a file that grows; raises `OptionError`."""
+    """Check the source that a page names, a serial port or a file to which another program writes; raises `OptionError`."""
     check_names(table)
     check_live_options(ReadOptions(**reading_options(table)), command="the live view")
     if baud < 1:
@@ -68,14 +68,14 @@ def checked_source(
 
 
 def record(states: Connection, live_source: LiveSource, first_lines: str) -> None:
-    """Record until a stop is received, the input ends, or the parent process ends; `first_lines`: a new file for them."""
+    """Record until a stop is received, the input ends, or the parent process ends. `first_lines`: path of a new file."""
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of the terminal; the server ends this one
     keep_freed()  # before the first thread, so that all threads share one heap
     end_with_parent()
     if live_source.source == "-":
-        sys.stdin = open(0, closefd=False)  # noqa: SIM115  multiprocessing has put the null device in its place
+        sys.stdin = open(0, closefd=False)  # noqa: SIM115  multiprocessing replaced it by the null device
     stop = threading.Event()
     with speaking(as_options):
         recorder = _Recorder(live_source, states.send, _Lines(Path(first_lines)))
@@ -91,7 +91,7 @@ def record(states: Connection, live_source: LiveSource, first_lines: str) -> Non
 
 
 def _wait_for_messages(states: Connection, recorder: _Recorder, stop: threading.Event) -> None:
-    """Pass on new options of reading, until something else is received."""
+    """Receive new reading options, until a message of another kind ends the record."""
     with suppress(EOFError, OSError):
         while isinstance(message := states.recv(), Mapping):
             recorder.table = message
@@ -99,18 +99,18 @@ def _wait_for_messages(states: Connection, recorder: _Recorder, stop: threading.
 
 
 class _UnsavedError(DataError):
-    """An error of the analysis that ends a record which is not saved; its content is already that of the state."""
+    """An error of the analysis that ends a record which is not saved; the recorder has already stored its content."""
 
 
 class _Lines:
-    """Keeps the first lines in a file, and the last one.
+    """Writes the first lines to a file, and remembers the last one.
 
     Attributes
     ----------
     size : int
         Size of the file. [bytes]
     last : str
-        The last complete line, or its beginning.
+        The last complete line, cut to a largest length.
     """
 
     def __init__(self, path: Path) -> None:
@@ -119,7 +119,7 @@ class _Lines:
         self._path, self._rest = path, b""
 
     def take(self, piece: bytes) -> None:
-        """Take a piece. A line that is longer than the file is cut."""
+        """Take a piece of the input. A line that is longer than the largest size of the file is cut."""
         whole, end, rest = piece.rpartition(b"\n")
         if not end:
             self._rest = (self._rest + piece)[-_FIRST_LINES:]
@@ -132,33 +132,33 @@ class _Lines:
 
 
 class _Recorder:
-    """Takes the pieces, and sends a state when it is time to."""
+    """Analyses the pieces of the input, and sends a state at regular intervals."""
 
     def __init__(self, live_source: LiveSource, send: Callable[[tuple[str, Any, str]], None], lines: _Lines) -> None:
         self._source, self._send, self._lines = live_source, send, lines
-        self.table: Mapping[str, Any] | None = None  # new options of reading, that are not used yet
+        self.table: Mapping[str, Any] | None = None  # received reading options that are not used yet
         self._live = _live_analysis(live_source)
         self._error: dict[str, Any] | None = None
-        self._taken = 0  # bytes so far
+        self._taken = 0  # size of the pieces so far [bytes]
         self._began = time.monotonic()
         self._due = 0.0
 
     def pieces(self, stop: threading.Event) -> Iterator[bytes]:
-        """What arrives; after a stop what has already arrived."""
-        place = self._source
-        save = None if place.save is None else Path(place.save)
+        """Yield the pieces of the input; after a stop, those that have already arrived."""
+        source = self._source
+        save = None if source.save is None else Path(source.save)
         stop_time: float | None = None
-        with closing(follow(place.source, every=_WAIT, baud=place.baud, save=save)) as pieces:  # type: ignore[type-var]
+        with closing(follow(source.source, every=_WAIT, baud=source.baud, save=save)) as pieces:  # type: ignore[type-var]
             for piece in pieces:
                 if stop.is_set():
                     stop_time = stop_time or time.monotonic()
                     if time.monotonic() - stop_time > _REMAINDER or not piece:
                         return
-                    self._due = time.monotonic() + _EVERY
+                    self._due = time.monotonic() + _INTERVAL
                 yield piece
 
     def take(self, piece: bytes) -> None:
-        """Take a piece. Lines that cannot be analysed are saved all the same."""
+        """Take a piece of the input. `follow` has saved it, whether or not it can be analysed."""
         self._taken += len(piece)
         self._lines.take(piece)
         if self.table is not None:
@@ -169,10 +169,10 @@ class _Recorder:
         if began >= self._due:
             self.send("recording")
             now = time.monotonic()
-            self._due = now + max(_EVERY, (now - began) / _LARGEST_SHARE)
+            self._due = now + max(_INTERVAL, (now - began) / _LARGEST_SHARE)
 
     def _analyse(self, piece: bytes) -> None:
-        """Analyse a piece. An error ends the record of what is not saved."""
+        """Analyse a piece. An error ends a record that is not saved."""
         try:
             self._live.take(piece)
         except (DataError, OptionError) as error:
@@ -184,7 +184,7 @@ class _Recorder:
                 raise _UnsavedError(self._error["message"]) from None
 
     def _begin_again(self, table: Mapping[str, Any]) -> None:
-        """Analyse with other options what is in the log so far; without a log what arrives from now on."""
+        """Analyse the log so far with other options; without a log, only the samples that arrive from now on."""
         self.table, self._error = None, None
         self._source = replace(self._source, table=table)
         self._live, self._due = _live_analysis(self._source), 0.0
@@ -200,7 +200,7 @@ class _Recorder:
             self._error = error_content(DataError(f"{self._source.log}: cannot be read: {error.strerror or error}"))
 
     def finish(self, state: str, error: DataError | ImportError | None) -> None:
-        """Use all samples, and send the last state."""
+        """Analyse the remaining samples, and send the last state."""
         if isinstance(error, ImportError):
             self._error = {"message": str(error), "hint": None, "code": "data"}
         elif error is not None and not isinstance(error, _UnsavedError):
@@ -222,7 +222,7 @@ class _Recorder:
         self._send((state, self._error or self._silence(), json.dumps(shown, allow_nan=False)))
 
     def _silence(self) -> dict[str, Any] | None:
-        """The error of a port that sends nothing; it ends with the first line."""
+        """The error of a port that has sent nothing yet; otherwise None."""
         if self._taken or self._source.baud is None or time.monotonic() - self._began < _SILENT:
             return None
         what = f"{self._source.source}: no line has arrived. Check the port, the baud rate and the cable"
@@ -236,13 +236,13 @@ def _live_analysis(live_source: LiveSource) -> LiveAnalysis:
 
 
 def content(live: LiveAnalysis) -> dict[str, Any]:
-    """What the page shows of the samples so far."""
+    """Coefficients, findings and charts of the samples so far, for the page."""
     analysis: Analysis | None
     try:
         analysis = live.analysis()
     except RecordTooShortError:
         analysis = None
-    findings = [  # `wait` says when the record is long enough
+    findings = [  # `wait` states when the record is long enough
         finding
         for finding in (live.findings() if analysis is None else analysis.findings)
         if not isinstance(finding.details, TooShortToTell)

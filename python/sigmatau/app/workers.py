@@ -1,4 +1,4 @@
-"""Worker processes: each does one call at a time and keeps the record that it read last; one that is cancelled is killed."""
+"""Worker processes. Each runs one call at a time and caches the record that it read last; to cancel a call, it is killed."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 Progress = Callable[[str], None]
-"""Takes the name of a stage that begins."""
+"""Called with the name of a stage when it begins."""
 
-_ENDED = "the worker process ended before it was done: the system does that when memory is short"
+_ENDED = "the process that worked on this was killed, probably because memory ran out; choose a part of the record"
 
-_TOO_LONG = "this took too long, and was ended; choose a smaller file, or a part of it"
+_TOO_LONG = "this took too long and was stopped; choose a smaller file, or a part of it"
 
 
 class Worker:
@@ -30,48 +30,48 @@ class Worker:
     Parameters
     ----------
     preloaded : sequence of str
-        Calls whose modules it imports when it starts.
+        Calls whose modules the process imports when it starts.
 
     Attributes
     ----------
     key : object
-        What it read last: calls about the same are best made here.
+        Log or result of the last call; further calls about it are fastest here, because it is cached.
     used : float
-        When its last call ended.
+        Time at which the last call ended.
     """
 
     def __init__(self, preloaded: Sequence[str] = ()) -> None:
         import multiprocessing
 
         context = multiprocessing.get_context("spawn")
-        self._ours, theirs = context.Pipe()
-        self._process = context.Process(target=_work, args=(theirs, preloaded), daemon=True)
+        self._connection, remote = context.Pipe()
+        self._process = context.Process(target=_work, args=(remote, preloaded), daemon=True)
         with uninterrupted():
             self._process.start()
-        theirs.close()
+        remote.close()
         self._has_ended = False
         self.key: object = None
         self.used: float = 0.0
 
     @property
     def alive(self) -> bool:
-        """Whether it can take a call."""
+        """Whether the process can run a call."""
         return not self._has_ended and self._process.is_alive()
 
     def call(
         self, name: str, arguments: dict[str, Any], progress: Progress | None = None, *, patience: float | None = None
     ) -> Any:  # noqa: ANN401
-        """Do a call of `sigmatau.app.calls` and return what it returns; raises `CallError`.
+        """Run a call of `sigmatau.app.calls` and return its value; raises `CallError`.
 
-        After `patience` between two signs of life [s] the process is ended.
+        The process is killed if it sends nothing for `patience` seconds.
         """
         try:
-            self._ours.send((name, arguments))
+            self._connection.send((name, arguments))
             while True:
-                if not self._ours.poll(patience):
+                if not self._connection.poll(patience):
                     self.end()
                     raise CallError({"message": _TOO_LONG, "hint": None, "code": "failed"})
-                kind, value = self._ours.recv()
+                kind, value = self._connection.recv()
                 if kind == "stage":
                     if progress is not None:
                         progress(value)
@@ -84,13 +84,13 @@ class Worker:
             raise CallError({"message": _ENDED, "hint": None, "code": "failed"}) from None
 
     def end(self) -> None:
-        """End the process, whatever it does."""
+        """Kill the process."""
         self._has_ended = True
         self._process.kill()
 
 
 class Workers:
-    """Up to some workers, started when they are needed, or one ahead.
+    """A pool of up to `limit` workers, which are started when they are needed.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Workers:
         self._closed = False
 
     def warm(self) -> None:
-        """Start a worker ahead, unless there is one that waits."""
+        """Start a worker in advance, unless one is idle."""
         with self._free:
             if self._idle or self._closed or len(self._busy) >= self._limit:
                 return
@@ -117,18 +117,18 @@ class Workers:
     def take(
         self, key: object, took: Callable[[Worker], None] | None = None, *, sticky: bool = True
     ) -> Iterator[Worker]:
-        """A worker for a call about `key`: the one that read it, or the one that waits longest.
+        """Take a worker for a call about `key`: the one that has read it, otherwise the one that is idle for longest.
 
-        If `sticky`, a busy worker that has read it is waited for. `took`: is called with the worker before its call.
+        If `sticky`, wait for the worker that has read `key`, even if it is busy. `took` is called with the worker.
         """
-        with self._lent(self._taken(key, sticky=sticky)) as worker:
+        with self._returned_at_end(self._wait_for_worker(key, sticky=sticky)) as worker:
             if took is not None:
                 took(worker)
             yield worker
 
     @contextlib.contextmanager
     def take_reader(self, key: object) -> Iterator[Worker | None]:
-        """The worker that read `key` if it waits; None otherwise."""
+        """Take the worker that has read `key` if it is idle; otherwise None."""
         with self._free:
             worker = next((each for each in self._idle if each.key == key and each.alive), None)
             if worker is not None:
@@ -137,12 +137,12 @@ class Workers:
         if worker is None:
             yield None
             return
-        with self._lent(worker):
+        with self._returned_at_end(worker):
             yield worker
 
     @contextlib.contextmanager
-    def _lent(self, worker: Worker) -> Iterator[Worker]:
-        """Take a busy worker back at the end."""
+    def _returned_at_end(self, worker: Worker) -> Iterator[Worker]:
+        """Return a busy worker to the pool at the end."""
         try:
             yield worker
         finally:
@@ -155,17 +155,17 @@ class Workers:
                     worker.end()
                 self._free.notify_all()
 
-    def _taken(self, key: object, *, sticky: bool) -> Worker:
+    def _wait_for_worker(self, key: object, *, sticky: bool) -> Worker:
         with self._free:
             while True:
-                worker = self._free_worker(key, sticky=sticky)
+                worker = self._idle_or_new_worker(key, sticky=sticky)
                 if worker is not None:
                     worker.key = key
                     self._busy.add(worker)
                     return worker
                 self._free.wait()
 
-    def _free_worker(self, key: object, *, sticky: bool) -> Worker | None:
+    def _idle_or_new_worker(self, key: object, *, sticky: bool) -> Worker | None:
         self._idle = [worker for worker in self._idle if worker.alive]
         worker = next((worker for worker in self._idle if worker.key == key), None)
         if worker is None and not (sticky and any(busy.key == key for busy in self._busy)):
@@ -187,13 +187,13 @@ class Workers:
 
 
 def _work(calls: Connection, preloaded: Sequence[str]) -> None:
-    """Do calls until no more come."""
+    """Run calls until the connection is closed."""
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C reaches all processes of the terminal; the server ends this one
     keep_freed()  # before the first thread, so that all threads share one heap
     end_with_parent()
-    from sigmatau.app.calls import do, load
+    from sigmatau.app.calls import load, run_call
 
     for first in preloaded:
         load(first)
@@ -203,7 +203,7 @@ def _work(calls: Connection, preloaded: Sequence[str]) -> None:
             name, arguments = calls.recv()
         except (EOFError, OSError):
             return
-        outcome = do(name, arguments, lambda stage: calls.send(("stage", stage)))
+        outcome = run_call(name, arguments, lambda stage: calls.send(("stage", stage)))
         try:
             calls.send(outcome)
         except OSError:

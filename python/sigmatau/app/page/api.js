@@ -1,9 +1,9 @@
-// Calls of the server: one function each; an error becomes an ApiError with what the server said.
+// Requests to the server, one function each; an error of the server is thrown as an ApiError.
 
 const BASE = new URL("./", location.href);
-const POLL = 150; // between two looks at a job [ms]
+const POLL = 150; // interval between requests for the state of a job [ms]
 
-/** An error that the server explains: `hints` are options that mend it, `rows` what was read of the file. */
+/** An error of the server: `hints` are options that correct it, `rows` the first rows of the file. */
 export class ApiError extends Error {
   constructor(content, status) {
     super(content.message);
@@ -52,12 +52,12 @@ export const config = (body) => call("POST", "config", body);
 export const live = () => call("GET", "live");
 export const ports = () => call("GET", "ports");
 export const startLive = (body) => call("POST", "live/start", body);
-export const restateLive = (options) => call("POST", "live/options", { options });
+export const changeLiveOptions = (options) => call("POST", "live/options", { options });
 export const liveColumns = (options) => call("POST", "live/columns", { options });
 export const stopLive = () => call("POST", "live/stop", {});
 export const fileAddress = (id, name) => new URL(`api/results/${encodeURIComponent(id)}/${name}`, BASE).href;
 
-/** Start an analysis and follow it; `progress` gets the job at every look. Returns the id of the result. */
+/** Start an analysis and wait for it; `progress` is called with every state of the job. Returns the id of the result. */
 export async function analyze(source, options, progress, signal) {
   const { job } = await call("POST", "analyze", { ...source, options });
   const stop = () => call("DELETE", `jobs/${encodeURIComponent(job)}`).catch(() => {});
@@ -75,7 +75,7 @@ export async function analyze(source, options, progress, signal) {
   }
 }
 
-/** Send a file; `progress` gets the share that was sent. Returns {file, name, bytes}. */
+/** Upload a file; `progress` is called with the uploaded share. Returns {file, name, bytes}. */
 export function upload(file, progress) {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
@@ -87,7 +87,7 @@ export function upload(file, progress) {
       let content = {};
       try {
         content = JSON.parse(request.responseText);
-      } catch { /* the status says it */ }
+      } catch { /* the error below states the status */ }
       if (request.status < 300) resolve(content);
       else reject(new ApiError(content.error ?? { message: `The server answered with status ${request.status}.` }, request.status));
     };

@@ -1,4 +1,4 @@
-// The page as a whole: steps, history, keys, the command line, and what happens when options change.
+// The page as a whole: steps, history, keys, the command line, and the response to changed options.
 
 import { drop, forget } from "./frame.js";
 import { make } from "./page.js";
@@ -19,8 +19,8 @@ import { offerDatasheet } from "./compare_sources.js";
 
 const view = byId("view");
 const STEPS = ["live", "open", "columns", "result", "files", "compare"];
-const NOT_LOGS = /\.(toml|db|sqlite3?)$/i; // may be something else than a log; the content decides
-const TITLES = { live: "Live", open: "Open", columns: "Columns", result: "Result", files: "Take away", compare: "Compare" };
+const NOT_LOGS = /\.(toml|db|sqlite3?)$/i; // may not be a log; the content decides
+const TITLES = { live: "Live", open: "Open", columns: "Columns", result: "Result", files: "Export", compare: "Compare" };
 
 /** Show the step of the session. */
 async function show() {
@@ -41,8 +41,8 @@ function showError(error) {
   if (error.name === "AbortError") return;
   const box = error.hints?.length ? questionBox(error, session.opened) : errorBox(error);
   byId("problem")?.remove();
-  const place = make("div", { id: "problem" }, box, button("Dismiss", () => place.remove()));
-  view.prepend(place);
+  const notice = make("div", { id: "problem" }, box, button("Dismiss", () => notice.remove()));
+  view.prepend(notice);
   if (!error.message) throw error;
 }
 
@@ -55,26 +55,26 @@ function goTo(step) {
   return show();
 }
 
-/** Begin with a file that was chosen; what is no log is added to the comparison. */
-async function opened({ source, name, options = {}, taken, kind = NOT_LOGS.test(name) ? "unknown" : "log", isAnalysed = false }) {
+/** Open a chosen file: a log or a result starts a new session, other files are added to the comparison. */
+async function opened({ source, name, options = {}, exportState, kind = NOT_LOGS.test(name) ? "unknown" : "log", isAnalysed = false }) {
   if (!["log", "result"].includes(kind)) {
     try {
       const content = await open(source, {});
-      if (content.kind !== "log") return await received(content, source, name);
+      if (content.kind !== "log") return await openContent(content, source, name);
     } catch (error) {
       return showError(error);
     }
   }
   cancel();
   forget();
-  begin(source, name, options, taken);
+  begin(source, name, options, exportState);
   await goTo("columns");
   return isAnalysed && session.opened && !session.opened.question ? startAnalysis() : undefined;
 }
 
-/** Take a store, a model, a datasheet or a saved session. */
-async function received(content, source, name) {
-  if (content.kind === "session") return opened({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options, taken: { target: content.target ?? "", choices: content.choices }, kind: "log" });
+/** Open a file that is not a log: a session, a result, a store, a model or a datasheet. */
+async function openContent(content, source, name) {
+  if (content.kind === "session") return opened({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options, exportState: { target: content.target ?? "", choices: content.choices }, kind: "log" });
   if (content.kind === "result") return openResult(content.result, name, source);
   if (content.kind === "store") addStore(source, name, content);
   else if (content.kind === "model") await addSpecification(source);
@@ -91,7 +91,7 @@ async function startAnalysis() {
   }
 }
 
-/** Options changed: look again at the columns, or analyse again and show the new result in place. */
+/** Apply changed options: read the columns again, or analyse again and show the new result in place. */
 async function optionsChanged() {
   if (session.step === "columns") return show();
   if (!session.id) return undefined;
@@ -114,20 +114,20 @@ async function showCommand() {
     return;
   }
   try {
-    const { taken, step } = session, file = step === "files" ? fileOptions() : {};
+    const { exportState, step } = session, file = step === "files" ? fileOptions() : {};
     const { command } = await config({ options, log: source.path ?? name, ...file });
-    if (session.options === options && session.taken === taken && session.step === step) byId("command").textContent = command;
-  } catch { /* the view says what is wrong with the options */ }
+    if (session.options === options && session.exportState === exportState && session.step === step) byId("command").textContent = command;
+  } catch { /* the view shows the error */ }
 }
 
-/** How the result of the session is made again. */
+/** What makes the result of the session again: a log with its options, a file, or an id of this server. */
 function resultOrigin() {
   const { source, resultSource, name, options, id } = session;
   if (source) return { source, name, options };
   return resultSource ? { source: resultSource, name } : { id };
 }
 
-/** The commands that compare the same results; null for one result alone. */
+/** Show the commands that compare the same results; null shows the command of the session. */
 function showCompareCommand(text) {
   if (session.step !== "compare") return;
   if (text === null) showCommand();
@@ -136,10 +136,10 @@ function showCompareCommand(text) {
 
 function showState() {
   const { source, id, step } = session;
-  const can = { live: Boolean(session.about), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: true };
+  const isReachable = { live: Boolean(session.about), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: true };
   for (const name of STEPS) {
     const stepButton = byId(`step-${name}`);
-    stepButton.disabled = !can[name];
+    stepButton.disabled = !isReachable[name];
     if (name === step) stepButton.setAttribute("aria-current", "step");
     else stepButton.removeAttribute("aria-current");
   }
@@ -150,19 +150,19 @@ function showState() {
 }
 
 onChange((what) => {
-  if (what === "opened" && session.opened?.kind !== "log") return received(session.opened, session.source, session.name);
+  if (what === "opened" && session.opened?.kind !== "log") return openContent(session.opened, session.source, session.name);
   if (what === "result") rememberResult(session.id, session.result, resultOrigin());
   showState();
   if (what === "options" || what === "source" || what === "result") showCommand();
   if (what === "options") optionsChanged();
-  if (what === "taken") {
+  if (what === "export") {
     showCommand();
     fileChanged();
   }
   return undefined;
 });
 
-/** Show a stored result: there is no log to analyse again. */
+/** Show a stored result, which has no log to analyse again. */
 async function openResult(id, name = session.name, source = null) {
   try {
     const content = await fetchResult(id);
@@ -190,7 +190,7 @@ async function restore() {
   if (stated.step === "compare" && stated.compared) return restoreCompared(stated);
   if (!stated.source) return openResult(stated.result);
   forget();
-  begin(stated.source, stated.name, stated.options, stated.taken);
+  begin(stated.source, stated.name, stated.options, stated.exportState);
   if (["result", "files", "compare"].includes(stated.step)) {
     setStep("columns");
     showState();
@@ -205,16 +205,16 @@ async function restore() {
   return goTo("columns");
 }
 
-/** Show the comparison of an address; the file beside it is that of the session. */
-async function restoreCompared({ source, name, options, taken, compared }) {
+/** Restore the comparison and the session that an address states. */
+async function restoreCompared({ source, name, options, exportState, compared }) {
   const problems = [];
   forget();
-  begin(source, name, options, taken);
+  begin(source, name, options, exportState);
   setStep("compare");
   view.replaceChildren(make("p", { className: "none" }, "Restoring the comparison of this address…"));
   await restoreComparison(compared, addAgain, (error) => problems.push(error));
-  const key = JSON.stringify([source, options]), here = source && allResults().find(({ from }) => JSON.stringify([from.source, from.options]) === key);
-  if (here) setResult(here.key, await fetchResult(here.key));
+  const key = JSON.stringify([source, options]), current = source && allResults().find(({ from }) => JSON.stringify([from.source, from.options]) === key);
+  if (current) setResult(current.key, await fetchResult(current.key));
   await goTo("compare");
   for (const error of problems) showError(error);
 }
@@ -238,7 +238,7 @@ try {
   showState();
   const named = location.hash || session.about.live ? [] : (await files()).entries;
   if (named.length === 1 && named[0].kind !== "folder") await opened({ source: sourceOfEntry(named[0]), name: named[0].name, kind: named[0].kind }); // sigmatau app LOG
-  else if (session.step === "open") await restore(); // else a step was chosen meanwhile
+  else if (session.step === "open") await restore(); // otherwise the user has chosen a step meanwhile
 } catch (error) {
   view.replaceChildren(errorBox(error));
 }

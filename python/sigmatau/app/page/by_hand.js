@@ -1,4 +1,4 @@
-// One axis in detail: the terms of its model switched on and off, and the five slopes laid by hand.
+// One axis in detail: terms of its model can be switched off, and lines of the five slopes are drawn by hand.
 
 import { channelColour, colour, content, make } from "./page.js";
 import { draw, plots, zoom } from "./plot.js";
@@ -6,19 +6,19 @@ import { readOff } from "./api.js";
 import { bdi, button, checkbox, choice } from "./dom.js";
 import { session, setOptions } from "./session.js";
 import { text } from "./numbers.js";
-import { layLines, pointOfSlope, SIGNS } from "./slopes.js";
+import { drawSlopes, pointOfSlope, SIGNS } from "./slopes.js";
 import { follow, showPoint } from "./overlays.js";
 
 const HEIGHT = 420;
-const chosen = { channel: "", off: new Set(), lines: new Map() }; // lines: averaging time by term [s]
+const chosen = { channel: "", off: new Set(), lines: new Map() }; // off: hidden terms; lines: averaging time by term [s]
 
-/** The section of one axis. Returns {element, clear}. */
+/** Make the section of one axis. Returns {element, clear}; `clear` removes its plot. */
 export function byHand() {
   const names = Object.keys(content.channels).filter((name) => content.channels[name].deviation);
   if (!names.length) return { element: make("div"), clear() {} };
   if (!names.includes(chosen.channel)) chosen.channel = names[0];
   const place = make("div", { className: "plot" }), table = make("div", { className: "terms" }), readout = make("div", { className: "readout" });
-  const state = { plot: null, laid: null, cells: new Map(), asked: new Map() };
+  const state = { plot: null, lines: null, cells: new Map(), asked: new Map() };
   const clear = () => { if (state.plot) { state.plot.u.destroy(); plots.delete(state.plot); } place.replaceChildren(); };
   const show = () => { clear(); drawAxis(state, place, table, readout); };
   const select = choice("Axis", names.map((name) => [name, name]), chosen.channel, (name) => { chosen.channel = name; chosen.off.clear(); show(); });
@@ -52,10 +52,10 @@ function drawAxis(state, place, table, readout) {
     },
   };
   state.plot = draw(place, described);
-  place.setAttribute("role", "group"); // it has handles
+  place.setAttribute("role", "group"); // not an image: it contains handles
   described.onread(null);
   follow({ drawn: [state.plot] });
-  state.laid = layLines(state.plot, curve.tau, curve.adev, terms, (term, k) => { chosen.lines.set(term.name, curve.tau[k]); ask(state, term, curve.tau[k]); });
+  state.lines = drawSlopes(state.plot, curve.tau, curve.adev, terms, (term, k) => { chosen.lines.set(term.name, curve.tau[k]); ask(state, term, curve.tau[k]); });
   table.replaceChildren(...termTable(state, terms, parts, curve, () => redrawLines(state, deviation, parts, inUnit, unit)));
   for (const term of terms) if (chosen.lines.has(term.name)) lay(state, term, curve, chosen.lines.get(term.name));
 }
@@ -67,7 +67,7 @@ function drawnLines(deviation, parts, inUnit) {
   if (!model) return lines;
   const off = parts.filter((part) => chosen.off.has(part.label));
   const rest = model.map((value, k) => (value === null ? null : Math.sqrt(Math.max(value ** 2 - off.reduce((sum, part) => sum + (part.values[k] ?? 0) ** 2, 0), 0)) || null));
-  lines.push({ name: off.length ? "model without the terms that are off" : "fitted model", x: tau, y: inUnit(rest), colour: () => colour("link"), width: 1.8, dash: [6, 4], framed: false });
+  lines.push({ name: off.length ? "model without the hidden terms" : "fitted model", x: tau, y: inUnit(rest), colour: () => colour("link"), width: 1.8, dash: [6, 4], framed: false });
   const smallest = Math.min(...adev.filter((value) => value > 0)) / 4;
   for (const part of parts) {
     const y = inUnit(part.values.map((value) => (value === null || value < smallest ? null : value)));
@@ -76,7 +76,7 @@ function drawnLines(deviation, parts, inUnit) {
   return lines;
 }
 
-/** The lines again after a term was switched: their values change, the plot stays. */
+/** Update the lines after a term was switched on or off; the plot keeps its scales. */
 function redrawLines(state, deviation, parts, inUnit) {
   const { plot } = state;
   plot.described.lines = drawnLines(deviation, parts, inUnit);
@@ -100,7 +100,7 @@ function termTable(state, terms, parts, curve, redraw) {
     const toggle = part ? checkbox("", !chosen.off.has(part.label), (on) => { on ? chosen.off.delete(part.label) : chosen.off.add(part.label); redraw(); }, { ariaLabel: `${term.label} in the model` }) : make("span", { className: "none" }, "–");
     const slope = checkbox(SIGNS[term.slope], chosen.lines.has(term.name), (on) => {
       if (on) lay(state, term, curve, curve.tau[pointOfSlope(curve.tau, curve.adev, term.slope)]);
-      else { chosen.lines.delete(term.name); state.laid.hide(term.name); cell.replaceChildren(); }
+      else { chosen.lines.delete(term.name); state.lines.hide(term.name); cell.replaceChildren(); }
     }, { ariaLabel: `Line of slope ${SIGNS[term.slope]}: ${term.label}` });
     const name = make("th", { scope: "row" }, make("i", { className: "swatch" }), term.label);
     name.firstChild.style.background = term.colour();
@@ -113,25 +113,25 @@ function termTable(state, terms, parts, curve, redraw) {
     make("p", { className: "legend" }, "Read-off as in the paper: check a line, then drag its handle along the curve. The error follows from eq. (26). A line is refused where the curve has a different slope.")];
 }
 
-/** Lay the line of a term at an averaging time, and ask for its value. */
+/** Place the line of a term at an averaging time, and ask the server for its value. */
 function lay(state, term, curve, tau) {
   const k = curve.tau.reduce((best, value, j) => (Math.abs(Math.log(value / tau)) < Math.abs(Math.log(curve.tau[best] / tau)) ? j : best), 0);
   chosen.lines.set(term.name, curve.tau[k]);
-  state.laid.place(term.name, k);
+  state.lines.place(term.name, k);
   ask(state, term, curve.tau[k]);
 }
 
-/** Ask the server for the value of a line; of several moves of a handle the last one is answered. */
+/** Ask the server for the value of a line; while a handle moves, only the last position is asked for. */
 function ask(state, term, tau) {
   const cell = state.cells.get(term.name), channel = chosen.channel;
   state.asked.get(term.name)?.abort();
-  const here = new AbortController();
-  state.asked.set(term.name, here);
+  const request = new AbortController();
+  state.asked.set(term.name, request);
   if (!cell.firstChild) cell.replaceChildren("…");
   setTimeout(async () => {
-    if (here.signal.aborted) return;
+    if (request.signal.aborted) return;
     try {
-      const read = await readOff(session.id, { channel, term: term.name, tau_s: tau }, here.signal);
+      const read = await readOff(session.id, { channel, term: term.name, tau_s: tau }, request.signal);
       showLine(state, term, channel, cell, read);
     } catch (error) {
       if (error.name !== "AbortError") showLine(state, term, channel, cell, { refused: error.message });
@@ -144,15 +144,15 @@ function showLine(state, term, channel, cell, read) {
   const tau = make("span", { className: "tau" }, `τ = ${text(chosen.lines.get(term.name))} s`);
   if (read.refused) {
     cell.replaceChildren(tau, " ", make("span", { className: "refusal" }, `refused: ${read.refused}`));
-    state.laid.say(term.name, `refused, ${read.refused}`, true);
+    state.lines.describe(term.name, `refused, ${read.refused}`, true);
     return;
   }
   const error = read.relative_error === null || read.relative_error === undefined ? "" : ` (error ${text(100 * read.relative_error, 2)} %)`;
   cell.replaceChildren(tau, " ", make("b", {}, read.text), error, " ", button("Use", () => use(channel, term, read), { title: "Write this range into the options: --read-off-at", ariaLabel: `Use this line of ${term.label} in the analysis` }));
-  state.laid.say(term.name, `${read.text}${error}`, false);
+  state.lines.describe(term.name, `${read.text}${error}`, false);
 }
 
-/** Make the range of a line an option of the analysis. */
+/** Set the option --read-off-at to the range of a line. */
 function use(channel, term, { from_s: from, to_s: to }) {
   const key = `${channel}.${term.name}=`;
   const ranges = [session.options["read-off-at"] ?? []].flat().filter((range) => !range.startsWith(key));

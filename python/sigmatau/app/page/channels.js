@@ -1,8 +1,8 @@
-// Options of reading by channel: which column is which channel, and units. Written as mappings, as TOML has them.
+// Reading options by channel: the column of each channel, and units. They are mappings, as in TOML.
 
 import { session, setOptions } from "./session.js";
 
-/** Whose options are stated: those of the session. A live record, and a file that is added, have their own. */
+/** Reads and changes the options of the session. A live record, and a file added to a comparison, have other options. */
 export const ofSession = { all: () => session.options, change: setOptions, hasTable: true };
 
 export const COMMON = ["time", "gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z", "temperature"];
@@ -10,7 +10,7 @@ export const SIGNAL = "signal"; // a further signal, by the name of its column
 
 export const sensorName = (channel) => (/^(gyro|accel)(_|$)/.test(channel) ? channel.split("_")[0] : channel);
 
-/** An option of pairs as a mapping: `gyro=deg/s,accel=g` and lists of such texts too. */
+/** An option of pairs as a mapping; it may also be a text, `gyro=deg/s,accel=g`, or a list of such texts. */
 export function asPairs(value) {
   if (value === undefined || value === null) return {};
   if (typeof value === "object" && !Array.isArray(value)) return { ...value };
@@ -18,17 +18,17 @@ export function asPairs(value) {
   return Object.fromEntries(texts.filter((text) => text.includes("=")).map((text) => { const place = text.indexOf("="); return [text.slice(0, place).trim(), text.slice(place + 1).trim()]; }));
 }
 
-const AXES = { gyro: "xyz", accel: "xyz" }; // uses that stand for three columns
+const AXES = { gyro: "xyz", accel: "xyz" }; // sensors that are assigned to three columns at once
 
-/** A column and those behind it in its topic; empty if there are fewer than `count`. */
+/** `count` columns of a topic from a column on; empty if the topic has fewer. */
 export function columnsFrom(columns, first, count) {
   const mates = columns.filter(({ topic }) => topic === first.topic), place = mates.indexOf(first);
   return place + count <= mates.length ? mates.slice(place, place + count) : [];
 }
 
-/** Use a column as a channel, `gyro` and `accel` it and the two behind it as axes, or not at all; the other columns of its topic stay what they are.
+/** Set the channel of a column; an empty name means that it is not used. `gyro` and `accel` set three columns from this one on, as axes x, y, z.
  *
- * Numbers of columns count in one topic: of a file with several the topic of the column is read, and no other.
+ * Columns are numbered within a topic. In a file with several topics, only the topic of the column is then read.
  */
 export function assign({ all, change }, columns, changed, channel, topics) {
   const channels = {}, chosen = AXES[channel] ? columnsFrom(columns, changed, 3).map((column, k) => [column, `${channel}_${AXES[channel][k]}`]) : [[changed, channel]];
@@ -37,14 +37,14 @@ export function assign({ all, change }, columns, changed, channel, topics) {
     if (name ? name[1] : column.channel && !chosen.some(([, taken]) => taken === column.channel)) channels[name?.[1] ?? column.channel] ??= column.number;
   }
   const units = asPairs(all().unit);
-  for (const [column, name] of chosen) if (column.channel && column.channel !== name) delete units[column.channel]; // it was of the other use
+  for (const [column, name] of chosen) if (column.channel && column.channel !== name) delete units[column.channel]; // the unit belonged to the previous channel
   change({ channels, unit: units, ...(topics.length > 1 ? { topic: changed.topic } : {}) });
 }
 
-/** What changes when a topic is read, or several; what was stated about the columns of another one is dropped. */
+/** Changes of options that select a topic, or several; options about columns of other topics are removed. */
 export const topicChanges = (topic) => ({ topic, channels: undefined, unit: undefined, scale: undefined });
 
-/** Give a unit to a channel: to the whole sensor where all its columns have one unit. */
+/** Set the unit of a channel; if all columns of the sensor have the same unit, set that of the sensor. */
 export function setUnit({ all, change }, columns, column, unit) {
   const sensor = sensorName(column.channel), units = asPairs(all().unit);
   const mates = columns.filter((mate) => mate.channel && sensorName(mate.channel) === sensor);
@@ -54,7 +54,7 @@ export function setUnit({ all, change }, columns, column, unit) {
   change({ unit: units });
 }
 
-/** Add a pair to an option of pairs. */
+/** Set a key of an option of pairs; an empty value removes it. */
 export function setPair({ all, change }, option, key, value) {
   const pairs = asPairs(all()[option]);
   if (value === "") delete pairs[key];
@@ -62,7 +62,7 @@ export function setPair({ all, change }, option, key, value) {
   change({ [option]: pairs });
 }
 
-/** A name of a channel that options can state: letters, digits and underscores of the name of a column. */
+/** Name of a channel made from that of a column: only letters, digits and underscores, as options need. */
 export function signalName(column) {
   const name = column.name.replace(/\[.*$/, "").trim().replace(/[^\p{L}\p{N}]+/gu, "_").replace(/^_+|_+$/g, "");
   return name && !COMMON.includes(name) && !/^(gyro|accel)/.test(name) ? name : `column_${column.number}`;

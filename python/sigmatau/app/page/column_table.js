@@ -1,4 +1,4 @@
-// The columns of a log, each with its use and its unit, and what the values say; for a file, and for a live record.
+// Table of the columns of a log or a live record: use, unit and statistics of the values of each column.
 
 import { make } from "./page.js";
 import { bdi, button, chip, choice, debounce, field } from "./dom.js";
@@ -7,10 +7,10 @@ import { asPairs, assign, columnsFrom, COMMON, sensorName, setPair, setUnit, SIG
 import { sparkline } from "./sparkline.js";
 import { text } from "./numbers.js";
 
-const MOST_UNUSED = 4; // columns that are not used and listed all the same
+const MOST_UNUSED = 4; // largest number of unused columns that are not folded away
 const unfolded = new Set();
 
-/** Rate, topic and content of all columns; `target` has the options and takes changes. */
+/** Controls for the rate, the topic and the content of all columns; `target` reads and changes the options. */
 export function readingControls(opened, target) {
   const options = target.all(), { about: { labels } } = session;
   const rate = make("input", { type: "text", size: 10, value: typeof options.rate === "object" ? Object.entries(options.rate).map((pair) => pair.join("=")).join(",") : options.rate ?? "", placeholder: opened.rate_hz ? text(opened.rate_hz, 5) : "", onchange: () => target.change({ rate: rate.value.trim() }) });
@@ -32,7 +32,7 @@ export function readingControls(opened, target) {
   return make("div", { className: "row reading" }, ...parts);
 }
 
-/** The topic that is read, of a file with several. */
+/** Control for the topic that is read, in a file with several topics. */
 function topicControl(topics, target) {
   const stated = String(target.all().topic ?? ""), read = topics.filter(({ chosen }) => chosen).map(({ name }) => name);
   const recognised = read.length ? `as recognised${stated ? "" : `: ${read.join(", ")}`}` : "not chosen yet";
@@ -43,9 +43,9 @@ function topicControl(topics, target) {
   return field("Topic", select, read.length > 1 ? "Several topics are read. Changing the use of a column reads its topic alone." : "");
 }
 
-/** A row a column. */
+/** The table, with a row for each column. */
 export function columnTable(opened, target) {
-  const heads = ["#", "Column", "First values", "Values", "Use as", "Unit", "What the values say"];
+  const heads = ["#", "Column", "First values", "Values", "Use as", "Unit", "Statistics"];
   const used = opened.columns.filter((column) => column.channel), unused = opened.columns.filter((column) => !column.channel);
   const folded = used.length && unused.length > MOST_UNUSED && !unfolded.has(opened.source);
   const makeRow = (column) => columnRow(column, opened, target);
@@ -73,7 +73,7 @@ function columnRow(column, { columns, rate_hz: rate, topics }, target) {
     cell("Values", sparkline(column.spark ?? [], `Values of ${nameOfColumn(column)}`)),
     cell("Use as", roleChoice(column, columns, topics, target)),
     cell("Unit", ...(column.channel ? [unitField(column, columns, target)] : [])),
-    cell("What the values say", ...valuesText(column, rate)));
+    cell("Statistics", ...valuesText(column, rate)));
 }
 
 function roleChoice(column, columns, topics, target) {
@@ -108,7 +108,7 @@ function valuesText(column, rate) {
   return parts.length ? [make("span", { className: "says" }, parts.join(" · "))] : [];
 }
 
-const MEANS = { // words of the verdicts on a mean: mark, its kind, advice
+const MEANS = { // by verdict on a mean: text and kind of its mark, advice
   gravity: ["gravity", "good", ""],
   gravity_removed: ["without gravity", "partial", " Gravity was subtracted; record the raw output of the sensor if possible."],
   not_gravity: ["not gravity", "partial", " Check units, scale and columns."],

@@ -1,4 +1,4 @@
-// The second step: what the file contains, column by column, each changeable; and the picture of the record.
+// The second step: the columns of the file, whose use and unit can be changed, and the time series of the record.
 
 import { make } from "./page.js";
 import { bdi, button, errorBox, keepFocus, announce } from "./dom.js";
@@ -12,32 +12,32 @@ import { leftOutList } from "./parts.js";
 import { findingsList } from "./summary.js";
 import { text, timeUnit } from "./numbers.js";
 
-let running = null; // the look at the file that is under way
+let running = null; // AbortController of the request that reads the file
 
-/** Show the step, and look at the file with the options of now. */
+/** Show the step, and read the file with the current options. */
 export function showColumns(view, analyse) {
   const head = make("div", { className: "head" }), body = make("div", { className: "columns" }), record = make("section", { ariaLabel: "Time series" });
   view.replaceChildren(head, body, record);
-  return look(head, body, record, analyse);
+  return readFile(head, body, record, analyse);
 }
 
-async function look(head, body, record, analyse) {
+async function readFile(head, body, record, analyse) {
   running?.abort();
-  const here = (running = new AbortController());
+  const request = (running = new AbortController());
   body.setAttribute("aria-busy", "true");
   showHead(head, session.opened, analyse);
   if (session.opened) showBody(body, session.opened);
   else body.replaceChildren(make("p", { className: "none" }, "Reading the file…"));
   let opened;
   try {
-    opened = await open(session.source, session.options, here.signal);
+    opened = await open(session.source, session.options, request.signal);
   } catch (error) {
     if (error.name === "AbortError") return;
     body.removeAttribute("aria-busy");
     body.replaceChildren(error.hints?.length ? questionBox(error, session.opened) : errorBox(error), button("Undo the last change", () => document.getElementById("undo").click(), { disabled: document.getElementById("undo").disabled }));
     return;
   }
-  if (here.signal.aborted) return;
+  if (request.signal.aborted) return;
   body.removeAttribute("aria-busy");
   setOpened(opened);
   if (opened.kind !== "log") return;
@@ -47,13 +47,13 @@ async function look(head, body, record, analyse) {
   if (opened.question) record.replaceChildren();
   else {
     const picture = make("div", {}, make("p", { className: "none" }, "Drawing the record…"));
-    record.replaceChildren(make("h2", {}, "Time series"), make("p", { className: "about" }, "Smallest and largest sample of each interval."), picture, ownParts());
-    await showRecord(picture, session.source, session.options, here.signal);
+    record.replaceChildren(make("h2", {}, "Time series"), make("p", { className: "about" }, "Smallest and largest sample of each interval."), picture, chosenParts());
+    await showRecord(picture, session.source, session.options, request.signal);
   }
 }
 
-/** Parts that were chosen before the analysis. */
-function ownParts() {
+/** List of the parts that the user left out before the analysis. */
+function chosenParts() {
   return session.options["leave-out"] || session.options.window ? leftOutList(null) : make("div");
 }
 

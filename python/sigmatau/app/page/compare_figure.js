@@ -1,4 +1,4 @@
-// The curves of all results, datasheets and models that are switched on: an axis has one colour, a result one dash.
+// Figure of the results, datasheets and models that are switched on. Colour shows the axis, the dash shows the result.
 
 import { colour, make, setContent } from "./page.js";
 import { drop, fill, shortName } from "./frame.js";
@@ -6,10 +6,10 @@ import { deviation } from "./deviation.js";
 import { shownResults, shownSpecifications } from "./comparison.js";
 
 const DASHES = [undefined, [7, 3], [2, 3], [9, 3, 2, 3], [4, 4], [1, 5]];
-const WIDE_DASHES = [[10, 4], [3, 3], [12, 3, 3, 3]]; // of datasheets and models, whose lines are wider
+const WIDE_DASHES = [[10, 4], [3, 3], [12, 3, 3, 3]]; // dashes of datasheets and models, whose lines are wider
 const chooseDash = (list, number) => list[number % list.length];
 
-/** The dash of a result, or of a specification. */
+/** Sample of the line of a result or a specification, for the legend. */
 export function swatch(each) {
   const canvas = make("canvas", { width: 60, height: 8, ariaHidden: "true", className: "dash" }), pen = canvas.getContext("2d");
   pen.strokeStyle = colour("ink");
@@ -22,7 +22,7 @@ export function swatch(each) {
   return canvas;
 }
 
-/** Draw what is switched on; a figure a sensor. */
+/** Draw a figure for each sensor. */
 export function drawComparison(place) {
   drop(place);
   place.replaceChildren();
@@ -48,7 +48,7 @@ export function drawComparison(place) {
   return undefined;
 }
 
-/** The sensors and channels of all charts; of a channel in several those of the first. */
+/** Merge the sensors and channels of all charts; a channel that several charts have is that of the first. */
 function mergedCharts(drawn) {
   const sensors = new Map(), channels = {};
   for (const { charts } of drawn) for (const sensor of charts.sensors) {
@@ -60,7 +60,7 @@ function mergedCharts(drawn) {
   return { sensors: [...sensors.values()], channels };
 }
 
-/** The description of a figure of one result alone, and its lines with the dash and the number of the result. */
+/** Describe a figure of a single result, and its lines with the dash and the number of the result. */
 function resultLines({ number, charts }, sensor, state) {
   const names = sensor.channels.filter((name) => charts.channels[name]?.deviation);
   const alone = { ...sensor, channels: names };
@@ -73,7 +73,7 @@ function resultLines({ number, charts }, sensor, state) {
   return [described, lines];
 }
 
-/** The curves of a datasheet or a model at the averaging times of the results; axes with the same curve share a line. */
+/** Curves of a datasheet or a model within the averaging times of the results; axes with equal curves share a line. */
 function specificationLines({ name, charts, order }, sensor, state, limits) {
   const axes = new Map();
   for (const channel of sensor.channels) {

@@ -1,4 +1,4 @@
-// Files that are added to a comparison in place: a log is analysed, a question about it is asked here.
+// Adding files to a comparison: a log is analysed, and questions about it are asked in this step.
 
 import { make } from "./page.js";
 import { open, result as fetchResult } from "./api.js";
@@ -14,7 +14,7 @@ let addDropped = () => {};
 /** Add a file that was dropped on the step. */
 export const dropFile = (file) => addDropped(file);
 
-/** The control that adds files; `changed` is called when something was added, `inColumns` opens a log in step 2. */
+/** Control that adds files; `changed` is called after a file was added, `inColumns` opens a log in step 2. */
 export function fileAdder(changed, inColumns) {
   const place = make("div", { className: "adding", ariaLive: "polite" }), list = make("div", { className: "folder" });
   const chooser = make("input", { type: "file", className: "unseen", id: "compare-chooser", tabIndex: -1, ariaLabel: "File to compare", onchange: () => { if (chooser.files[0]) send(chooser.files[0]); } });
@@ -52,7 +52,7 @@ export function fileAdder(changed, inColumns) {
     make("p", { className: "row" }, button("Choose a file…", () => chooser.click(), { id: "add-file" }), chooser, make("span", { className: "about" }, "or drop it anywhere on this page")), place, folder];
 }
 
-/** Add what a file is to the comparison. Returns whether it was added; a question about a log is passed to `ask`. */
+/** Add the content of a file to the comparison. Returns whether it was added; `ask` is called with a question about a log. */
 async function addFile({ source, name, options }, ask) {
   const content = await open(source, options);
   if (content.kind === "session") return addFile({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options }, ask);
@@ -74,7 +74,7 @@ async function addLog({ source, name, options }) {
   return made?.id;
 }
 
-/** Make a result of an address again: a log is analysed, for it can have changed. Returns the key of the result. */
+/** Restore a result that an address states. A log is analysed again, because it can have changed. Returns the key of the result. */
 export async function addAgain({ source, name, options, id }) {
   if (options) return addLog({ source, name, options });
   const key = id ?? (await open(source, {})).result;

@@ -1,4 +1,4 @@
-// What can be added to a comparison: runs of stores, datasheets of the library, and files.
+// Controls that add runs of stores and datasheets to a comparison.
 
 import { make } from "./page.js";
 import { datasheets } from "./api.js";
@@ -8,15 +8,15 @@ import { text, timeUnit } from "./numbers.js";
 
 const WITHOUT_CURVES = { failed: "failed", not_at_rest: "not at rest", too_short_to_tell: "too short" };
 const choices = { named: "", use: "typical", sided: "", bias: "" };
-const files = new Map(); // datasheets that were opened as files: key of the list → {path} or {file}
+const files = new Map(); // datasheets that were opened as files: entry of the list → {path} or {file}
 
-/** A datasheet that was opened is chosen in the list: its numbers may need a convention. */
+/** Choose an opened datasheet in the list, but do not add it yet: its values may need a convention. */
 export function offerDatasheet(source, name) {
   choices.named = `file ${name}`;
   files.set(choices.named, source);
 }
 
-/** The stores with their runs; `changed` is called when something was added. */
+/** Lists of the runs of each store; `changed` is called after a run was added. */
 export function storePicker(changed) {
   return allStores().map((store) => {
     const place = make("section", { className: "store" });
@@ -69,7 +69,7 @@ function runRow(store, run, problem, changed) {
     make("td", {}, length ? `${text(run.duration_s / length.size)} ${length.text}` : "–"), make("td", {}, run.temperature_degc === null ? "–" : `${text(run.temperature_degc)} °C`));
 }
 
-/** Datasheets of the library and of files, with the conventions that a datasheet may leave open. */
+/** List of datasheets, of the library and of files, with controls for conventions that a datasheet may not state. */
 export function datasheetPicker(changed) {
   const problem = make("div");
   const list = choice("Datasheet", [["", "choose a datasheet"], ...[...files.keys()].map((name) => [name, name])], choices.named, (value) => { choices.named = value; add.disabled = !value; });

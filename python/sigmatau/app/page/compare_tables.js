@@ -1,4 +1,4 @@
-// Numbers of a comparison: differences with their intervals, coefficients beside each other, repeatability.
+// Tables of a comparison: differences with their intervals, coefficients of all results, repeatability.
 
 import { make } from "./page.js";
 import { compare } from "./api.js";
@@ -6,12 +6,12 @@ import { bdi, button, chip, choice, errorBox, field } from "./dom.js";
 import { choosePair, chosenPair, shownResults } from "./comparison.js";
 import { raised } from "./summary.js";
 
-const VERDICTS = { changed: ["changed", "partial"], differs: ["by chance?", "info"], same: ["no change seen", "good"], unknown: ["cannot tell", "info"] };
-let running = 0; // number of the last comparison that was asked for
+const VERDICTS = { changed: ["changed", "partial"], differs: ["by chance?", "info"], same: ["no change seen", "good"], unknown: ["not decided", "info"] };
+let lastRequest = 0; // number of the last request for a comparison
 
-/** Show the numbers of all results that are switched on; of one alone its coefficients. `command` shows what does the same. */
+/** Show the tables of all results that are switched on; of a single result, only its coefficients. `command` shows the equivalent commands. */
 export async function showNumbers(places, command) {
-  const shown = shownResults(), asked = (running += 1);
+  const shown = shownResults(), request = (lastRequest += 1);
   for (const place of Object.values(places)) place.parentElement.hidden = shown.length < 2;
   places.coefficients.parentElement.hidden = !shown.length;
   if (shown.length) places.coefficients.replaceChildren(coefficientTable(shown));
@@ -21,12 +21,12 @@ export async function showNumbers(places, command) {
   try {
     const between = await compare(pair.map(({ key }) => key));
     const all = shown.length === 2 && pair[0] === shown[0] ? between : await compare(shown.map(({ key }) => key));
-    if (asked !== running) return undefined;
+    if (request !== lastRequest) return undefined;
     places.difference.replaceChildren(...differenceParts(between, pair), pairControls(shown, pair, () => showNumbers(places, command)));
     places.repeatability.replaceChildren(...repeatability(all));
     command(all.command);
   } catch (error) {
-    if (asked === running) { places.difference.replaceChildren(errorBox(error)); places.repeatability.replaceChildren(); command(null); }
+    if (request === lastRequest) { places.difference.replaceChildren(errorBox(error)); places.repeatability.replaceChildren(); command(null); }
   } finally {
     for (const place of [places.difference, places.repeatability]) place.removeAttribute("aria-busy");
   }
@@ -35,7 +35,7 @@ export async function showNumbers(places, command) {
 
 const numbered = ({ number, name }) => `${number}: ${name}`;
 
-/** Which result is the new one and which the old one, where there are more than two; the two can be exchanged. */
+/** Controls that choose the new and the old result, and exchange them. */
 function pairControls(shown, [first, second], change) {
   const set = (old, recent) => { choosePair(old, recent); change(); };
   const find = (key) => shown.find((each) => each.key === key);
@@ -46,7 +46,7 @@ function pairControls(shown, [first, second], change) {
     button("Exchange", () => set(second, first)));
 }
 
-/** Whether something changed, and the difference of each coefficient with its interval. */
+/** A sentence whether something changed, and the difference of each coefficient with its interval. */
 function differenceParts({ differences, same_log: isSameLog }, [first, second]) {
   if (!differences.length) return [make("p", { className: "none" }, "These results have no coefficient in common.")];
   const kind = (each) => (each.changed ? "changed" : each.verdict);
@@ -62,7 +62,7 @@ function differenceParts({ differences, same_log: isSameLog }, [first, second]) 
   ];
 }
 
-/** The answer in a sentence. */
+/** Sentence that answers whether the coefficients changed. */
 function answer(differences) {
   const changed = differences.filter((each) => each.changed), chance = differences.filter((each) => each.verdict === "differs" && !each.changed).length;
   const words = changed.length
@@ -73,7 +73,7 @@ function answer(differences) {
   return make("p", { className: "verdicts" }, chip(...mark), " ", make("strong", {}, words), more);
 }
 
-/** The coefficients of the results beside each other, a row a channel and term. */
+/** Table of coefficients: a row for each channel and term, a column for each result. */
 function coefficientTable(shown) {
   const rows = new Map();
   shown.forEach(({ coefficients }, k) => {

@@ -1,4 +1,4 @@
-// Results of this session, runs of a store and datasheets beside each other: what changed, one figure a sensor, the numbers.
+// The step that compares results of this session, files, runs of stores and datasheets: changes, figures and tables.
 
 import { make } from "./page.js";
 import { bdi, button, checkbox } from "./dom.js";
@@ -9,7 +9,7 @@ import { fileAdder } from "./compare_open.js";
 import { showNumbers } from "./compare_tables.js";
 import { datasheetPicker, storePicker } from "./compare_sources.js";
 
-/** Show the step; `command` shows the commands that do the same, `inColumns` opens a log in step 2. */
+/** Show the step; `command` shows the equivalent commands, `inColumns` opens a log in step 2. */
 export function showCompare(view, { command, inColumns }) {
   drop(view);
   const legend = make("fieldset", { className: "legend" }), charts = make("div", { className: "charts" });
@@ -39,7 +39,7 @@ export function showCompare(view, { command, inColumns }) {
   return opened();
 }
 
-/** What is compared, each with its line and a box that switches it on and off. */
+/** List everything that is compared, each with its line and a box that switches it on and off. */
 function fillLegend(legend, draw, removed) {
   const item = (each) => {
     const box = checkbox(each.number ? `${each.number}: ${each.name}` : each.title, isShown(each), (on) => { show(each, on); draw(); });

@@ -1,4 +1,4 @@
-// What is compared: results of this session, of files and of stores, datasheets and noise models; which are switched on.
+// State of the comparison: results of this session, of files and of stores, datasheets and noise models, and which are switched on.
 
 import { openRun, result as fetchResult, runs, specification } from "./api.js";
 import { setCompared } from "./session.js";
@@ -11,7 +11,7 @@ const specifications = new Map();
 const stores = new Map();
 const shown = new Set();
 const pair = { first: null, second: null }; // keys of the results whose difference is shown
-let count = 0, orders = 0; // of results and of specifications that were added
+let count = 0, orders = 0; // numbers of results and of specifications that were added so far
 
 export const allResults = () => [...results.values()];
 export const allSpecifications = () => [...specifications.values()];
@@ -20,7 +20,7 @@ export const isShown = ({ key }) => shown.has(key);
 export const shownResults = () => allResults().filter(isShown);
 export const shownSpecifications = () => allSpecifications().filter(isShown);
 
-/** Keep a result for comparisons. `from` says how it is made again: {source, name, options}, {store, run}, or {id}. */
+/** Add a result to the comparison. `from` states how to make it again: {source, name, options}, {store, run}, or {id}. */
 export function rememberResult(id, result, from, name = resultName(result)) {
   if (results.has(id)) return;
   count += 1;
@@ -48,7 +48,7 @@ export function remove({ key }) {
   noteState();
 }
 
-/** The old and the new one of the results that are switched on: those that were chosen, or the first and the last one. */
+/** The old and the new result whose difference is shown: the chosen ones, otherwise the first and the last that are switched on. */
 export function chosenPair() {
   const listed = shownResults(), first = listed.find(({ key }) => key === pair.first) ?? listed[0];
   const rest = listed.filter((each) => each !== first);
@@ -60,7 +60,7 @@ export function choosePair(first, second) {
   noteState();
 }
 
-/** Keep a store that was opened, with its runs. */
+/** Add a store with its runs. */
 export function addStore(source, name, { runs: listed, more }) {
   const key = JSON.stringify(source);
   stores.set(key, { key, name, source, unit: "", runs: listed, further: more });
@@ -93,7 +93,7 @@ export async function addSpecification(named, choices = {}) {
   noteState();
 }
 
-/** What the address states of a comparison: how each part is made again, which are switched off, and the pair. */
+/** Write the comparison into the address: how each part is made again, which parts are switched off, and the chosen pair. */
 function noteState() {
   const off = (each) => (isShown(each) ? {} : { off: true });
   const [first, second] = [pair.first, pair.second].map((key) => allResults().findIndex((each) => each.key === key));
@@ -106,7 +106,7 @@ function noteState() {
   setCompared(state.results.length + state.specifications.length + state.stores.length ? state : null);
 }
 
-/** Make a comparison of an address again, `again` a result of a file; what cannot be made is passed to `failed`. */
+/** Restore the comparison that an address states. `again` restores a result; `failed` is called with errors. */
 export async function restoreComparison(state, again, failed) {
   const made = async (make) => {
     try {
@@ -127,7 +127,7 @@ export async function restoreComparison(state, again, failed) {
     if (off) shown.delete(JSON.stringify([named, choices]));
   }
   for (const { source, name, unit } of listIn(state.stores)) await made(async () => addStore(source, name, await runs(source, unit || null)));
-  const [first, second] = listIn(state.pair).map((place) => keys[place]);
+  const [first, second] = listIn(state.pair).map((index) => keys[index]);
   if (first && second) Object.assign(pair, { first, second });
   noteState();
 }

@@ -1,4 +1,4 @@
-// Small parts of the page: buttons, labels, marks, messages. Text is never read as HTML.
+// Small parts of the page: buttons, labels, marks, messages. Text is never parsed as HTML.
 
 import { make } from "./page.js";
 
@@ -33,7 +33,7 @@ export function announce(text) {
   byId("status").textContent = text;
 }
 
-/** Numbers of a browser's text fields have a point; those typed with a comma are read too. */
+/** Parse a number of a text field, with a decimal point or comma; null if it is not a number. */
 export function parsed(text) {
   const value = Number(String(text).trim().replace(",", "."));
   return String(text).trim() && Number.isFinite(value) ? value : null;
@@ -47,7 +47,7 @@ export function debounce(action, delay) {
   };
 }
 
-/** Copy a text; the button says whether it was done. */
+/** Copy a text; the button shows whether it was allowed. */
 export async function copy(text, pressed) {
   const before = pressed.textContent;
   try {
@@ -60,14 +60,14 @@ export async function copy(text, pressed) {
   setTimeout(() => { pressed.textContent = before; }, 1500);
 }
 
-/** An error as a box: what was found, and what was read of the file. */
+/** Box of an error: its message, and the first rows of the file. */
 export function errorBox(error) {
   return make("div", { className: "box poor", role: "alert" },
     make("p", {}, error.message),
     ...(error.rows ? [make("pre", { tabIndex: 0 }, error.rows)] : []));
 }
 
-/** Whether an option is not stated by a value. */
+/** Whether a value means that the option is not stated. */
 export function isEmpty(value) {
   if (value === undefined || value === null || value === "" || value === false) return true;
   return typeof value === "object" && Object.keys(value).length === 0;
@@ -82,7 +82,7 @@ export function size(bytes) {
   return `${(bytes / factor).toPrecision(3)} ${unit}`;
 }
 
-/** Make controls again; the focus is then where it was. */
+/** Replace controls and keep the focus on the same control. */
 export function keepFocus(place, change) {
   const name = document.activeElement?.dataset?.focus;
   change();

@@ -1,4 +1,4 @@
-// The options of a file for a filter or a simulator: a control for each, made of its declaration, and what a note offers.
+// Controls for the options of an export, made of their declarations, and buttons for the options that a note names.
 
 import { make } from "./page.js";
 import { button, checkbox, choice, field } from "./dom.js";
@@ -7,7 +7,7 @@ import { asPairs } from "./channels.js";
 
 const BARE_NUMBER = /^\d+([.,]\d+)?$/;
 
-/** The choices of an export that the target has a use for. */
+/** The choices that the target uses. */
 export function placedChoices(target, choices) {
   const placed = Object.entries(choices).filter(([name, value]) => {
     const allowed = target.choices[name];
@@ -18,7 +18,7 @@ export function placedChoices(target, choices) {
   return { ...Object.fromEntries(placed), ...(names.length ? { name: Object.fromEntries(names) } : {}) };
 }
 
-/** Controls for all options of a target; `set(name, value)` states one, undefined takes it back. */
+/** Controls for all options of a target; `set(name, value)` sets an option, and `undefined` removes it. */
 export function optionControls(target, sensors, choices, set) {
   const declared = session.about.choices.filter(({ name }) => target.choices[name]);
   return [...declared.flatMap((option) => control(option, target.choices[option.name], sensors, choices[option.name], set)), ...target.names.map((field) => nameControl(field, choices, set))];
@@ -49,7 +49,7 @@ function control(option, allowed, sensors, value, set) {
   return [described(option, field(option.unit && option.unit !== "s" ? `${label} [${option.unit}]` : label, input))];
 }
 
-/** A field of the file beside its noise parameters, such as a topic. */
+/** Control for a field of the file that is not a noise parameter, such as a topic. */
 function nameControl({ key, default: usual, choices: words }, choices, set) {
   const stated = asPairs(choices.name), label = key.replaceAll("_", " ");
   const change = (text) => setKey("name", choices.name, key, text, set);
@@ -80,7 +80,7 @@ function setKey(name, value, key, text, set) {
   set(name, Object.keys(pairs).length ? pairs : undefined);
 }
 
-/** Buttons for what a note offers: words and flags. Values that must be typed have their control. */
+/** Buttons for the words and flags that a note names. Values that must be typed are set in their controls. */
 export function offered(hints, target, choices, set) {
   return (hints ?? []).flatMap(({ option, key, value, text }) => {
     const declared = session.about.choices.find(({ name }) => name === option), allowed = target.choices[option];

@@ -1,4 +1,4 @@
-// An analysis that runs: its stages on screen, and how it is cancelled.
+// A running analysis: its stages on screen, and its cancellation.
 
 import { make } from "./page.js";
 import { analyze, result } from "./api.js";
@@ -6,47 +6,47 @@ import { announce, bdi, button, byId } from "./dom.js";
 import { resultOfOptions, session, setResult } from "./session.js";
 
 const STAGES = { read: "Reading the file", choose: "Selecting the part", check: "Checking the samples", mask: "Leaving out disturbances", curves: "Computing the curves", fit: "Fitting the coefficients", judge: "Testing the fits" };
-let running = null;
+let running = null; // AbortController of the running analysis
 
 export const isRunning = () => running !== null;
 
-/** Cancel the analysis that runs, if one does. */
+/** Cancel the running analysis, if there is one. */
 export function cancel() {
   running?.abort();
 }
 
-/** Analyse the file of the session with its options; what was analysed with them before is shown at once.
+/** Analyse the file of the session with its options; an earlier result with these options is used again.
  *
- * Returns whether there is a result; an error is thrown, and false is a cancelled or overtaken analysis.
+ * Returns false if the analysis was cancelled or replaced by another one; throws if it failed.
  */
 export async function analyse() {
-  const had = resultOfOptions();
-  if (had) {
+  const earlier = resultOfOptions();
+  if (earlier) {
     try {
       cancel();
-      setResult(had, await result(had));
+      setResult(earlier, await result(earlier));
       return true;
-    } catch { /* the server has forgotten it */ }
+    } catch { /* the server has removed it */ }
   }
   const made = await analyseFile(session.source, session.options, session.name);
   if (made) setResult(made.id, made.content);
   return Boolean(made);
 }
 
-/** Analyse a file: its result as {id, content}, null if it was cancelled or overtaken by another analysis. */
+/** Analyse a file. Returns its result as {id, content}, or null if it was cancelled or replaced by another analysis. */
 export async function analyseFile(source, options, name) {
   cancel();
-  const here = (running = new AbortController());
+  const request = (running = new AbortController());
   const bar = showProgress(name);
   let announced = "";
   try {
     const id = await analyze(source, options, (job) => {
-      if (here.signal.aborted) return;
+      if (request.signal.aborted) return;
       const stage = bar.update(job);
       if (stage && stage !== announced) announce((announced = stage));
-    }, here.signal);
+    }, request.signal);
     const content = await result(id);
-    if (here.signal.aborted) return null;
+    if (request.signal.aborted) return null;
     announce("The analysis is done.");
     return { id, content };
   } catch (error) {
@@ -54,7 +54,7 @@ export async function analyseFile(source, options, name) {
     announce("The analysis was cancelled.");
     return null;
   } finally {
-    if (running === here) {
+    if (running === request) {
       running = null;
       byId("progress").hidden = true;
     }
@@ -63,9 +63,9 @@ export async function analyseFile(source, options, name) {
 
 function showProgress(name) {
   const list = make("ol", { className: "stages" }), elapsed = make("span", { className: "elapsed" });
-  const place = byId("progress");
-  place.replaceChildren(make("p", {}, make("strong", {}, "Analysing "), bdi(name), " ", elapsed), list, button("Cancel", cancel, { id: "cancel" }));
-  place.hidden = false;
+  const panel = byId("progress");
+  panel.replaceChildren(make("p", {}, make("strong", {}, "Analysing "), bdi(name), " ", elapsed), list, button("Cancel", cancel, { id: "cancel" }));
+  panel.hidden = false;
   return {
     update({ state, stages, elapsed_s }) {
       elapsed.textContent = `${(elapsed_s ?? 0).toFixed(1)} s`;

@@ -1,4 +1,4 @@
-// The report's charts, linked: a point that is read in one is shown in the others, and a drag over time chooses a part.
+// The charts of the report, linked: the point under the pointer is marked in the others, and a drag over time chooses a part.
 
 import { make } from "./page.js";
 import { deviation } from "./deviation.js";
@@ -9,9 +9,9 @@ import { map } from "./map.js";
 import { AT_PEAK, follow, showPoint } from "./overlays.js";
 import { text } from "./numbers.js";
 
-const HEIGHT = 285; // of an Allan deviation: with the coefficients above it, it is in sight on a laptop [pixels]
+const HEIGHT = 285; // height of an Allan deviation that a laptop shows together with the coefficients above it [pixels]
 
-/** A kind of the report whose plots have an axis that others share: "tau", "f" or "t". */
+/** Link the plots of a kind of chart by the axis that they share with others: "tau", "f" or "t". */
 function linked(kind, axis, changes = {}, height = {}) {
   return {
     ...kind,

@@ -1,13 +1,13 @@
-// Use, unit and rate of the columns that arrive: the table of step 2, made of the first lines, beside the last line.
+// Use, unit and rate of the columns of a live record: the table of step 2, made of the first lines, and the last line.
 
 import { make } from "./page.js";
 import { liveColumns } from "./api.js";
 import { bdi, chip, errorBox, keepFocus } from "./dom.js";
 import { columnTable, meanLine, readingControls } from "./column_table.js";
 
-const EVERY = 3000; // shortest time between two looks at lines that are added [ms]
+const INTERVAL = 3000; // shortest time between two updates of the table [ms]
 
-/** The choice of columns of a live record; `change` takes options. Returns {element, update(state)}. */
+/** Section with the columns of a live record; `change` is called with new options. Returns {element, update(state)}. */
 export function columnChoice(change) {
   const last = make("p", { className: "last-line" }), body = make("div", { className: "columns" });
   const element = make("details", { className: "live-columns", hidden: true, ontoggle: () => refresh() }, make("summary", {}, "Columns, units and rate"), last, body);
@@ -17,7 +17,7 @@ export function columnChoice(change) {
   async function refresh() {
     if (!element.open || element.hidden || !state) return;
     const { options, first_bytes: bytes } = state, key = JSON.stringify(options);
-    const isNew = key !== shown.options, isLonger = bytes !== shown.bytes && Date.now() - shown.at > EVERY && !body.contains(document.activeElement);
+    const isNew = key !== shown.options, isLonger = bytes !== shown.bytes && Date.now() - shown.at > INTERVAL && !body.contains(document.activeElement);
     if (!bytes || !(isNew || isLonger)) return;
     Object.assign(shown, { options: key, bytes, at: Date.now() });
     let opened;
@@ -32,7 +32,7 @@ export function columnChoice(change) {
     keepFocus(body, () => body.replaceChildren(readingControls(opened, target), columnTable(opened, target), ...opened.means.map((mean) => meanLine(mean))));
   }
 
-  /** Make room for the coefficients once all questions are answered; the columns can be shown again. */
+  /** Close the section to make room for the coefficients, once all questions are answered. */
   function fold() {
     isAnswered = true;
     if (element.contains(document.activeElement)) element.querySelector("summary").focus();

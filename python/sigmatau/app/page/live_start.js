@@ -1,14 +1,14 @@
-// What is recorded: a serial port with its speed, or a file that grows.
+// The form that starts a live record: a serial port with its speed, or a file to which another program writes.
 
 import { make } from "./page.js";
 import { ports, startLive } from "./api.js";
 import { announce, bdi, button, errorBox, field } from "./dom.js";
 import { showFolder } from "./open_view.js";
 
-const SPEEDS = [9600, 57600, 115200, 230400, 460800, 921600, 1000000, 2000000]; // usual ones [bit/s]
-const stated = { port: "", baud: "115200" }; // is kept while the page is open
+const SPEEDS = [9600, 57600, 115200, 230400, 460800, 921600, 1000000, 2000000]; // suggested speeds [bit/s]
+const stated = { port: "", baud: "115200" }; // typed values, until the page is closed
 
-/** The form that starts a record; `begun` is called with its first state, `folder` is where it is saved, or null. */
+/** The form; `begun` is called with the first state of a record, which is saved in `folder`, if it is not null. */
 export function startForm(folder, begun) {
   const problem = make("div"), choices = make("div", { className: "ports" }, make("p", { className: "none" }, "Looking for ports…"));
   const start = async (body, words) => {
@@ -46,14 +46,14 @@ function portForm(folder, choices, start) {
     make("datalist", { id: "speeds" }, ...SPEEDS.map((speed) => make("option", { value: String(speed) }))),
     field("Save as", save, folder ? "" : "Nothing is saved: sigmatau app was started without a folder."),
     ...(folder ? [make("p", { className: "path" }, "in ", bdi(folder))] : []),
-    make("p", { className: "about" }, "Columns, units and rate are chosen when the first lines have arrived."),
+    make("p", { className: "about" }, "Columns, units and rate are chosen after the first lines have arrived."),
     make("p", {}, make("button", { type: "submit", className: "primary", id: "connect" }, "Connect")));
 }
 
-/** The ports of this computer, each a button that chooses it. */
+/** List the serial ports of this computer, with a button that chooses each. */
 async function listPorts(choices, port) {
   const choose = (name) => { port.value = stated.port = name; };
-  const again = make("li", {}, button("Look again", () => listPorts(choices, port), { className: "small" }));
+  const refresh = make("li", {}, button("Look again", () => listPorts(choices, port), { className: "small" }));
   try {
     const { ports: listed } = await ports();
     const described = listed.filter(({ text }) => text); // others are usually connectors without a device
@@ -61,7 +61,7 @@ async function listPorts(choices, port) {
     const rows = listed.map(({ name, text }) => make("li", {}, button(name, () => { choose(name); port.focus(); }, { className: "small" }), " ", make("small", {}, bdi(text))));
     choices.replaceChildren(
       make("p", { className: "about" }, rows.length ? "Choose a port of this computer, or type its name." : "No serial port was found. Plug the device in, or type the name of its port."),
-      make("ul", { className: "choices" }, ...rows, again));
+      make("ul", { className: "choices" }, ...rows, refresh));
   } catch (error) {
     choices.replaceChildren(errorBox(error));
   }
@@ -73,7 +73,7 @@ function fileList(start) {
   return make("section", { ariaLabel: "Files that grow" }, make("h2", {}, "Watch a file that grows"), make("p", { className: "about" }, "A text table to which a logger appends lines, such as CSV."), list);
 }
 
-/** A name that says when the record began. */
+/** A file name with the current date and time. */
 function newName() {
   const two = (value) => String(value).padStart(2, "0"), now = new Date();
   return `live-${now.getFullYear()}${two(now.getMonth() + 1)}${two(now.getDate())}-${two(now.getHours())}${two(now.getMinutes())}${two(now.getSeconds())}.csv`;

@@ -1,8 +1,8 @@
-// The live record: samples, curve and coefficients while they arrive, and its end.
+// The live record: samples, curve and coefficients so far, and buttons that stop it and analyse its log.
 
 import { content, make, setContent } from "./page.js";
 import { drop, figures, fill } from "./frame.js";
-import { live, restateLive, stopLive } from "./api.js";
+import { live, changeLiveOptions, stopLive } from "./api.js";
 import { announce, bdi, button, chip, errorBox, isEmpty, nameOfPath } from "./dom.js";
 import { linkedKinds, liveSeries } from "./kinds.js";
 import { columnChoice } from "./live_columns.js";
@@ -10,12 +10,12 @@ import { startForm } from "./live_start.js";
 import { questionBox } from "./question.js";
 import { findingsList, overviewTable } from "./summary.js";
 
-const EVERY = 1000; // between two looks [ms]
+const INTERVAL = 1000; // time between two requests for the state [ms]
 const STATES = { recording: ["Recording", "good"], stopped: ["Stopped", "partial"], ended: ["The input has ended", "partial"], failed: ["Failed", "poor"] };
 
 /** Show the live record until another step is shown, or the form that starts one.
  *
- * `folder` is where a record is saved, `opened` begins with its log, `command` shows what does the same.
+ * Records are saved in `folder`; `opened` is called with a saved log, and `command` with the equivalent command.
  */
 export async function showLive(view, { folder, opened, command }) {
   let state;
@@ -36,7 +36,7 @@ function showRecord(view, first, { folder, opened, command }) {
   const charts = { deviation: make("div", { className: "charts" }), series: make("div", { className: "charts" }) };
   const shown = { state: "", drawn: {} };
   let last = first;
-  const columns = columnChoice(restate);
+  const columns = columnChoice(changeOptions);
   const sections = {
     summary: section("summary", "Coefficients so far", parts.outlooks, parts.table),
     deviation: section("deviation", "Allan deviation so far", charts.deviation),
@@ -44,7 +44,7 @@ function showRecord(view, first, { folder, opened, command }) {
     findings: section("findings", "Findings so far", parts.findings),
   };
   view.replaceChildren(make("div", { className: "head" }, make("div", {}, parts.title, parts.headline), parts.actions), parts.notes, columns.element, ...Object.values(sections));
-  const look = async () => {
+  const refresh = async () => {
     let state;
     try {
       state = await live();
@@ -60,7 +60,7 @@ function showRecord(view, first, { folder, opened, command }) {
     showState(state);
     columns.update(state);
     showNumbers(state);
-    if (state.state === "recording") setTimeout(look, EVERY);
+    if (state.state === "recording") setTimeout(refresh, INTERVAL);
   }
 
   function showState({ state, heading, error, path, options, command: text }) {
@@ -78,12 +78,12 @@ function showRecord(view, first, { folder, opened, command }) {
     parts.notes.replaceChildren(...problemParts(error, { state, path, options }), make("p", { className: "about" }, ...noteParts(state, path, error)));
   }
 
-  /** Read the lines with other options: those that arrive, or after the end those of the log. */
-  async function restate(changes) {
+  /** Read the record with other options; after its end, open its log with them. */
+  async function changeOptions(changes) {
     const stated = Object.fromEntries(Object.entries({ ...last.options, ...changes }).filter(([, value]) => !isEmpty(value)));
     if (last.state !== "recording") return openLog(last.path, stated);
     try {
-      const { options } = await restateLive(stated);
+      const { options } = await changeLiveOptions(stated);
       last = { ...last, options };
       columns.update(last);
     } catch (refusal) {
@@ -92,12 +92,12 @@ function showRecord(view, first, { folder, opened, command }) {
     return undefined;
   }
 
-  /** An error in words; a question with its choices, whose answers are used at once. */
+  /** Box of an error. A question has its choices, and an answer is used at once. */
   function problemParts(error, { state, path, options }) {
     if (!error) return [];
     if (!error.hint || (state !== "recording" && !path)) return [errorBox(error)];
     const words = (error.question ?? error.message).replace(/^(.*?: )?(?=(has|does|is|contains|states) )/, "The input ");
-    return [questionBox({ ...error, question: words }, null, { all: () => options, change: restate, hasTable: true })];
+    return [questionBox({ ...error, question: words }, null, { all: () => options, change: changeOptions, hasTable: true })];
   }
 
   const openLog = (path, options) => opened({ source: { path }, name: nameOfPath(path), options, kind: "log", isAnalysed: true });
@@ -125,17 +125,17 @@ function showRecord(view, first, { folder, opened, command }) {
     parts.outlooks.replaceChildren(...outlooks.map(({ sensor, text }) => make("li", {}, make("strong", {}, bdi(sensor)), `: ${text}`)));
     parts.outlooks.hidden = !outlooks.length;
     if (overview) parts.table.replaceChildren(overviewTable({ overview, level }));
-    else parts.table.replaceChildren(...(error ? [] : [make("p", { className: "box partial wait" }, whyNone(state, wait, data))]));
+    else parts.table.replaceChildren(...(error ? [] : [make("p", { className: "box partial wait" }, reasonText(state, wait, data))]));
     sections.summary.hidden = Boolean(error) && !overview;
     parts.findings.replaceChildren(findingsList(findings));
     setContent(data);
-    drawn("deviation", linkedKinds.deviation, (channel) => (channel.deviation ? (channel.deviation.model ? "model" : "curve") : ""));
-    drawn("series", liveSeries, (channel) => (channel.series?.bins ? "series" : ""));
+    drawFigures("deviation", linkedKinds.deviation, (channel) => (channel.deviation ? (channel.deviation.model ? "model" : "curve") : ""));
+    drawFigures("series", liveSeries, (channel) => (channel.series?.bins ? "series" : ""));
     sections.findings.hidden = !data.sensors.length;
   }
 
-  /** Draw the figures again; they are made again only when there are others: what was chosen in them stays. */
-  function drawn(name, kind, stateName) {
+  /** Draw the figures again. They are replaced only if channels or curves are added, so that the user's settings remain. */
+  function drawFigures(name, kind, stateName) {
     const place = charts[name], data = Object.entries(content.channels).map(([key, channel]) => `${key} ${stateName(channel)}`);
     const state = data.join(), isEmpty = !data.some((text) => text.split(" ")[1]);
     sections[name].hidden = isEmpty;
@@ -145,21 +145,21 @@ function showRecord(view, first, { folder, opened, command }) {
       place.replaceChildren();
       fill(place, kind);
       shown.drawn[name] = state;
-    } else for (const figure of figures) if (place.contains(figure.element) && !isRead(figure)) figure.draw();
+    } else for (const figure of figures) if (place.contains(figure.element) && !isInUse(figure)) figure.draw();
   }
 
   take(first);
 }
 
-/** Why there are no coefficients. */
-function whyNone(state, wait, data) {
+/** Reason why there are no coefficients. */
+function reasonText(state, wait, data) {
   if (state !== "recording") return "No coefficients: the record was too short, or the sensor moved.";
   if (wait) return `${wait[0].toUpperCase()}${wait.slice(1)}.`;
   return data.sensors.length ? "No coefficients yet." : "Waiting for the first lines.";
 }
 
-/** Whether a figure is being read by the pointer or by keys: it is drawn again afterwards. */
-const isRead = (figure) => Boolean(figure.element.querySelector(".plot:hover, .plot:focus-visible"));
+/** Whether the user points at a figure or moves in it by keys. It is not drawn again meanwhile. */
+const isInUse = (figure) => Boolean(figure.element.querySelector(".plot:hover, .plot:focus-visible"));
 
 function section(id, title, ...children) {
   return make("section", { id: `live-${id}` }, make("h2", {}, title), ...children);

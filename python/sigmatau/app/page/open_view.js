@@ -1,4 +1,4 @@
-// The first step: drop a file, choose one of this computer, or one of the folders of the server.
+// The first step: drop a file, choose one of this computer, or one in the folders of the server.
 
 import { make } from "./page.js";
 import { files, upload } from "./api.js";
@@ -8,7 +8,7 @@ const KINDS = { folder: "Folder", log: "Log", result: "Result", store: "Store of
 
 let dropped = () => {};
 
-/** Show the step. `opened({source, name, kind})` is called with what was chosen. */
+/** Show the step. `opened({source, name, kind})` is called with the chosen file. */
 export function showOpen(view, about, opened) {
   const status = make("div", { className: "sending" });
   const chooser = make("input", { type: "file", id: "chooser", className: "unseen", tabIndex: -1, ariaLabel: "File of this computer", onchange: () => chooser.files[0] && sendFile(chooser.files[0], status, opened) });
@@ -31,7 +31,7 @@ export function showOpen(view, about, opened) {
 /** Open a file that was dropped. */
 export const openDropped = (file) => dropped(file);
 
-/** Files may be dropped anywhere on the page. */
+/** Accept files that are dropped anywhere on the page. */
 export function acceptDrops(take) {
   const mark = (isOver) => document.body.classList.toggle("over", isOver);
   document.ondragover = (event) => { event.preventDefault(); mark(true); };
@@ -59,7 +59,7 @@ export async function sendFile(file, place, opened) {
   return undefined;
 }
 
-/** List a folder; without a path the folders of the server, or the only one of them. `kinds`: of the files that are listed. */
+/** List a folder; without a path, the folders of the server, or the content of a single one. Only files of `kinds` are listed. */
 export async function showFolder(list, path, opened, kinds = Object.keys(KINDS)) {
   let folder;
   try {
@@ -78,12 +78,12 @@ export async function showFolder(list, path, opened, kinds = Object.keys(KINDS))
   list.replaceChildren(
     ...(folder.path ? [make("p", { className: "path" }, bdi(folder.path))] : []),
     ...up,
-    entries.length ? make("ul", { className: "entries" }, ...entries) : make("p", { className: "none" }, "No log in this folder. Another folder is opened by its name: sigmatau app FOLDER."),
+    entries.length ? make("ul", { className: "entries" }, ...entries) : make("p", { className: "none" }, "No log in this folder. To open another folder, start sigmatau app FOLDER."),
     ...(folder.more ? [make("p", { className: "none" }, `${folder.more} more files are not listed.`)] : []));
   return undefined;
 }
 
-/** How the server calls a file of a list, or a store of the command line. */
+/** Source of a listed file, {path}, or of a store of the command line, {store}. */
 export const sourceOfEntry = ({ path, store }) => (path === null ? { store } : { path });
 
 function fileRow(entry, open) {

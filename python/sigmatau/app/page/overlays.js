@@ -1,27 +1,27 @@
-// What is laid over plots without drawing them again: lines at a point that is read elsewhere, and the part that is chosen.
+// Marks that are drawn over plots: a line at the point under the pointer of a linked plot, and the chosen part of the record.
 
 import { plots } from "./plot.js";
 import { make } from "./page.js";
 
-/** Averaging time at which the Allan deviation answers most to a sinusoid of a frequency: sin⁴(πfτ)/(πfτ)² is largest. */
+/** Product of frequency and averaging time at which a sinusoid adds most to the Allan deviation: sin⁴(πfτ)/(πfτ)² is largest. */
 export const AT_PEAK = 0.371;
 
-let point = null; // {axis: "tau" or "t", value} that is read in one plot
-let part = null; // {from, to} of the record that is chosen [s]
+let point = null; // {axis: "tau" or "t", value} under the pointer
+let part = null; // chosen part of the record {from, to} [s]
 
-/** Show the point that is read in one plot in all others with the same axis; null hides it. */
+/** Mark a point of one plot in all other plots with the same axis; null removes the mark. */
 export function showPoint(axis, value, origin) {
   point = value === null ? null : { axis, value };
   for (const plot of plots) if (plot.described.link) placePoint(plot, plot.described === origin);
 }
 
-/** Show which part of the record is chosen, in all plots over time; null hides it. */
+/** Mark the chosen part of the record in all plots over time; null removes the mark. */
 export function showPart(chosen) {
   part = chosen;
   for (const plot of plots) if (plot.described.link === "t") placePart(plot);
 }
 
-/** Follow the scales of new plots. */
+/** Mark new plots, and again whenever they are drawn with other scales. */
 export function follow(made) {
   for (const plot of made.drawn) {
     (plot.u.hooks.draw ??= []).push(() => { placePart(plot); placePoint(plot, false); });

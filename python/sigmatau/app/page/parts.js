@@ -1,4 +1,4 @@
-// Parts of the record: the one that is chosen by dragging or by typing, and the stretches that were left out.
+// Parts of the record: the chosen part, and the stretches that were left out.
 
 import { make } from "./page.js";
 import { bdi, button, field, parsed, announce } from "./dom.js";
@@ -6,8 +6,8 @@ import { session, setOptions } from "./session.js";
 import { sensorName } from "./channels.js";
 import { showPart } from "./overlays.js";
 
-const MOST_ROWS = 40; // stretches that are listed
-/** Why samples were not analysed: in words, and the cause that --keep names for it. */
+const MOST_ROWS = 40; // largest number of stretches that are listed
+/** By reason why samples were not analysed: its words, and its cause in --keep. */
 const REASONS = {
   missing: ["not recorded"], window: ["outside the window"], left_out: ["left out by you"], partly_at_rest: ["in motion"], not_at_rest: ["in motion"],
   spikes: ["spike", "spikes"], not_static: ["shock", "shocks"], start_transient: ["start-up", "start"], dropout: ["dropout", "dropouts"], saturation: ["saturated", "saturation"],
@@ -29,7 +29,7 @@ export function leaveOut(from, to) {
   setOptions({ "leave-out": [...asList(session.options["leave-out"]), `${seconds(from)}:${seconds(to)}`] });
 }
 
-/** Controls of the chosen part. `zoom(from, to)` shows it larger. Returns {element, choose(from, to)}. */
+/** Controls of the chosen part; `zoom(from, to)` zooms to it. Returns {element, choose(from, to)}. */
 export function partControls(zoom) {
   const from = make("input", { type: "text", inputMode: "decimal", ariaLabel: "From, in seconds", size: 9 });
   const to = make("input", { type: "text", inputMode: "decimal", ariaLabel: "To, in seconds", size: 9 });
@@ -63,7 +63,7 @@ export function partControls(zoom) {
   };
 }
 
-/** The stretches that options or checks left out, each with a button that restores it. */
+/** List of the stretches that options or checks left out, each with a button that restores it. */
 export function leftOutList(result) {
   const place = make("div", { className: "left-out" });
   const window = session.options.window;
@@ -71,7 +71,7 @@ export function leftOutList(result) {
   for (const restored of asList(session.options.keep)) place.append(make("p", {}, `Restored: ${restored} `, button("Leave out again", () => setOptions({ keep: asList(session.options.keep).filter((text) => text !== restored) }), { ariaLabel: `Leave out ${restored} again` })));
   const stretches = merged(result?.left_out ?? []).filter((stretch) => stretch.why !== "window");
   const stated = asList(session.options["leave-out"]);
-  if (!result) for (const text of stated) stretches.push({ ...asEnds(text), why: "left_out", text, channels: [] });
+  if (!result) for (const text of stated) stretches.push({ ...parseRange(text), why: "left_out", text, channels: [] });
   if (!stretches.length) {
     place.append(make("p", { className: "none" }, "Nothing is left out."));
     return place;
@@ -79,7 +79,7 @@ export function leftOutList(result) {
   const counts = new Map();
   for (const stretch of stretches) counts.set(stretch.why, (counts.get(stretch.why) ?? 0) + 1);
   for (const [why, count] of counts)
-    place.append(make("p", { className: "row" }, make("span", {}, `${count} × ${reasonText(why)}`), ...(cause(why) && count > 1 ? [button("Restore all", () => keep(cause(why)), { ariaLabel: `Restore all: ${reasonText(why)}`, className: "small" })] : [])));
+    place.append(make("p", { className: "row" }, make("span", {}, `${count} × ${reasonText(why)}`), ...(cause(why) && count > 1 ? [button("Restore all", () => restore(cause(why)), { ariaLabel: `Restore all: ${reasonText(why)}`, className: "small" })] : [])));
   const rows = stretches.slice(0, MOST_ROWS).map((stretch) => make("tr", {},
     make("td", {}, spanText(stretch), make("small", {}, bdi(channelsText(stretch.channels, result)))),
     make("td", {}, reasonText(stretch.why)),
@@ -107,7 +107,7 @@ function channelsText(channels, result) {
   return [...sensors].map(([sensor, axes]) => `${sensor} ${axes.join(", ")}`.trim()).join("; ");
 }
 
-/** The same stretch of several channels as one row. */
+/** Merge equal stretches of several channels into one row. */
 function merged(stretches) {
   const rows = new Map();
   for (const stretch of stretches) {
@@ -118,7 +118,8 @@ function merged(stretches) {
   return [...rows.values()].sort((a, b) => a.from_s - b.from_s);
 }
 
-function asEnds(text) {
+/** Parse a range of time, as in the option --leave-out. */
+function parseRange(text) {
   const sizes = { ms: 1e-3, s: 1, min: 60, h: 3600, d: 86400, "": 1 };
   const [from, to] = text.split(":").map((end) => { const match = /^([\d.eE+-]+)\s*(ms|s|min|h|d|)$/.exec(end.trim()); return match ? Number(match[1]) * sizes[match[2]] : NaN; });
   return { from_s: from, to_s: to };
@@ -128,14 +129,14 @@ function restoreButton(stretch, stretches, stated) {
   const label = `Restore ${spanText(stretch)}`;
   if (stretch.why === "left_out") {
     const middle = (stretch.from_s + stretch.to_s) / 2;
-    const text = stretch.text ?? stated.find((range) => { const ends = asEnds(range); return ends.from_s <= middle && middle <= ends.to_s; });
+    const text = stretch.text ?? stated.find((range) => { const ends = parseRange(range); return ends.from_s <= middle && middle <= ends.to_s; });
     return text ? [button("Restore", () => setOptions({ "leave-out": stated.filter((range) => range !== text) }), { ariaLabel: label, className: "small" })] : [];
   }
   if (!cause(stretch.why)) return [];
-  return [button("Restore", () => keep(`${seconds(stretch.from_s)}:${seconds(stretch.to_s)}`), { ariaLabel: label, title: "--keep", className: "small" })];
+  return [button("Restore", () => restore(`${seconds(stretch.from_s)}:${seconds(stretch.to_s)}`), { ariaLabel: label, title: "--keep", className: "small" })];
 }
 
-/** Keep a cause, or what lies in some times, in the analysis. */
-function keep(text) {
+/** Restore the samples of a cause, or of a range of time, by the option --keep. */
+function restore(text) {
   setOptions({ keep: [...new Set([...asList(session.options.keep), text])] });
 }

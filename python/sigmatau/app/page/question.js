@@ -1,4 +1,4 @@
-// What must be chosen before a log can be analysed: the question, what was seen beside it, and the choices.
+// Questions that must be answered before a log can be analysed: the question, rows of the file, and the choices.
 
 import { make } from "./page.js";
 import { bdi, button } from "./dom.js";
@@ -9,7 +9,10 @@ import { text } from "./numbers.js";
 const optionLabel = (option) => session.about.labels[option] ?? option.replaceAll("_", " ");
 const PLACEHOLDER = /^(HZ|N|N:N|[A-Z]+|…|\.\.\.)$/; // a word in capitals stands for a value
 
-/** The question of a log or of an error as a box with its choices; `opened` has the topics, `options` takes the answers and says whether the columns are in a table below (`hasTable`). */
+/** Box with a question of a log or of an error, and its choices.
+ *
+ * `opened` has the topics. `options` reads and changes the options; `hasTable` states that a table of columns is below.
+ */
 export function questionBox(question, opened, options = ofSession) {
   const hints = distinct([question.hint ?? question.hints ?? []].flat());
   const topics = opened?.topics ?? [];
@@ -24,18 +27,18 @@ export function questionBox(question, opened, options = ofSession) {
     ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic) && !(options.hasTable && hint.option === "channels" && hint.key)).map((hint) => hintChoice(hint, options)));
 }
 
-/** Hints without repetition: a message can name an option in each of its choices. */
+/** Remove repeated hints: a message can name an option in each of its choices. */
 function distinct(hints) {
   return [...new Map(hints.map((hint) => [JSON.stringify([hint.option, hint.key, hint.value]), hint])).values()];
 }
 
-/** A message that begins behind the name of the file, as a sentence. */
+/** Complete a message to a sentence; "has …" is a message that follows the name of the file. */
 export function sentence(message) {
   if (/^(has|does|is|contains|states) /.test(message)) return `The file ${message}.`;
   return /^(an?|no|the|these|this) /.test(message) ? `${message[0].toUpperCase()}${message.slice(1)}.` : `${message}.`;
 }
 
-/** A button for each topic, those with sensors first; before them pairs of topics that are one device. */
+/** Buttons for pairs of topics of one device, then for each topic; topics with sensors come first. */
 function topicChoices(topics, pairs, options) {
   const rows = [];
   for (const { name, rate_hz: rate, rows: count, channels } of [...topics].sort((a, b) => b.channels.length - a.channels.length)) {
@@ -45,7 +48,7 @@ function topicChoices(topics, pairs, options) {
   return make("ul", { className: "entries" }, ...pairs.map((names) => topicChoice(names, "one device", options)), ...rows);
 }
 
-/** The signals among channels, each once. */
+/** Names of the channels without the time, each once. */
 const signals = (channels) => [...new Set(channels)].filter((name) => name !== "time").join(" ");
 
 function topicChoice(names, facts, options) {
@@ -57,7 +60,7 @@ const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && 
 
 const isPair = ({ option, value }) => option === "topic" && Array.isArray(value) && value.length > 1;
 
-/** Values by channel or sensor: a button for each that can be meant; a field where numbers of columns must be typed. */
+/** Choices of options with values by channel or sensor: a button for each, and a field if numbers of columns must be typed. */
 function mappingChoices(hints, options) {
   const rows = new Map();
   for (const { option, value, text: pageWords, remark } of hints) {
@@ -71,7 +74,7 @@ function mappingChoices(hints, options) {
   return [...rows.values()];
 }
 
-/** One option that answers the question: a button for values that can be meant, a field for those that must be typed. */
+/** Choices of an option: buttons for possible values, and a field for a value that must be typed. */
 function hintChoice({ option, key, value, text: pageWords }, options) {
   const name = option.replaceAll("_", "-"), label = `${optionLabel(option)}${key ? ` of ${key}` : ""}`;
   const set = (stated) => options.change({ [name]: key ? { ...asPairs(options.all()[name]), [key]: stated } : stated });

@@ -1,4 +1,4 @@
-// The picture of the record: its samples as stretches from the smallest to the largest one, of all or of a part.
+// Time series of the record, or of a part: the smallest and the largest sample of each interval.
 
 import { make, setContent, content } from "./page.js";
 import { drop, fill, figures } from "./frame.js";
@@ -9,9 +9,9 @@ import { errorBox } from "./dom.js";
 import { sensorName } from "./channels.js";
 import { session } from "./session.js";
 
-const WIDTH = 1200; // stretches of a picture
+const WIDTH = 1200; // number of intervals of a time series
 
-/** Data of the charts from an envelope: what is drawn before an analysis. */
+/** Convert an envelope to the data of charts, for time series before an analysis. */
 function asCharts(drawn) {
   const sensors = new Map(), channels = {};
   for (const [name, { t, low, high, unit }] of Object.entries(drawn.channels)) {
@@ -39,7 +39,7 @@ export async function showRecord(place, source, options, signal) {
   place.replaceChildren(...seriesSection());
 }
 
-/** The figures of the time series with the controls of a part. */
+/** Figures of the time series, with the controls of the chosen part. */
 export function seriesSection() {
   const charts = make("div", { className: "charts" });
   const controls = partControls((from, to) => zoomSeries(charts, from, to));
@@ -49,9 +49,9 @@ export function seriesSection() {
 }
 
 const seriesFigures = (charts) => [...figures].filter((figure) => charts.contains(figure.element));
-const PARTS = ["from", "duration", "bins", "low", "high"]; // of a series, what another envelope changes
+const PARTS = ["from", "duration", "bins", "low", "high"]; // keys of a series that a finer envelope replaces
 
-/** Zoom all time series to a part: at once with the stretches of the whole record, then with finer ones. */
+/** Zoom all time series to a part: at once with the intervals of the whole record, then with finer ones. */
 async function zoomSeries(charts, from, to) {
   const zoomIn = () => { for (const figure of seriesFigures(charts)) for (const { u, described } of figure.drawn) u.setScale("x", { min: from / described.x.unit.size, max: to / described.x.unit.size }); };
   zoomIn();
@@ -60,7 +60,7 @@ async function zoomSeries(charts, from, to) {
   let drawn;
   try {
     drawn = await envelope(source, options, { from_s: from, to_s: to, width: WIDTH });
-  } catch { /* the stretches of the whole record stay */ return; }
+  } catch { /* the intervals of the whole record stay */ return; }
   if (content !== data || !charts.isConnected) return;
   const finer = asCharts(drawn).channels;
   for (const [name, { series: part }] of Object.entries(finer)) {

@@ -1,4 +1,4 @@
-// The third step: coefficients, curves and time series of a result, with the settings beside them.
+// The third step: coefficients, curves and time series of a result, and the settings of the analysis.
 
 import { make, setContent } from "./page.js";
 import { drop, fill } from "./frame.js";
@@ -18,15 +18,15 @@ const ABOUT = {
   deviation: "Measured curves with their intervals, and the fitted model, dashed where it was fitted and dotted elsewhere.",
   "by-hand": "The terms of one axis, and lines drawn by hand.",
   series: "Smallest and largest sample of each interval. Shaded: not analysed.",
-  density: "Two-sided. Dashed: the fitted model. The frequency that is read is marked in the Allan deviation.",
+  density: "Two-sided. Dashed: the fitted model. The frequency under the pointer is marked in the Allan deviation.",
   residuals: "Measured Allan deviation divided by that of the model: near 1 if the model fits.",
-  map: "Dynamic Allan deviation divided by its median. Colour marks differences larger than chance explains; a stable record has none.",
+  map: "Dynamic Allan deviation divided by its median. Colour marks differences larger than chance explains; a stable record has no colour.",
 };
 const TITLES = { deviation: "Allan deviation", "by-hand": "By hand", series: "Time series", density: "Density", residuals: "Residuals", map: "Stability" };
 let clearHand = () => {};
 
 /** Show the result of the session. */
-export async function showResult(view, takeAway) {
+export async function showResult(view, openExport) {
   const { id, result } = session, { summary } = result;
   const focus = document.activeElement?.dataset?.focus, scrolled = view.dataset.result ? scrollY : 0;
   drop(view);
@@ -35,7 +35,7 @@ export async function showResult(view, takeAway) {
   const hand = byHand();
   clearHand = hand.clear;
   const places = Object.fromEntries(Object.keys(TITLES).map((name) => [name, make("div", { className: name === "by-hand" ? "" : "charts" })]));
-  for (const name of ["deviation", "density"]) places[name].dataset.chart = name; // as wide as the paper
+  for (const name of ["deviation", "density"]) places[name].dataset.chart = name; // as wide as the diagram that is drawn by hand
   places["by-hand"].append(hand.element);
   const sections = [
     section("summary", "Summary", "", overviewTable(summary)),
@@ -46,32 +46,32 @@ export async function showResult(view, takeAway) {
     section("coefficients", "Coefficients", "", coefficientTables(summary.coefficients, summary.legend)),
   ];
   const leftOut = section("left-out", "Not analysed", "", leftOutList(result));
-  view.replaceChildren(heading(summary, takeAway), sectionButtons(sections), make("div", { className: session.source ? "result" : "result stored" }, make("div", { className: "wide" }, ...sections), make("aside", { ariaLabel: "Left-out stretches and settings" }, ...(session.source ? [leftOut, settingsPanel()] : []))));
+  view.replaceChildren(heading(summary, openExport), sectionButtons(sections), make("div", { className: session.source ? "result" : "result stored" }, make("div", { className: "wide" }, ...sections), make("aside", { ariaLabel: "Left-out stretches and settings" }, ...(session.source ? [leftOut, settingsPanel()] : []))));
   view.dataset.result = id;
   fill(places.deviation, linkedKinds.deviation);
   if (focus) view.querySelector(`[data-focus="${CSS.escape(focus)}"]`)?.focus({ preventScroll: true });
   scrollTo(0, scrolled);
   if (result.has_samples) await fillFromSamples(id, places);
-  else fillOrSay(places.residuals, "residuals");
+  else fillOrExplain(places.residuals, "residuals");
 }
 
-function heading(summary, takeAway) {
+function heading(summary, openExport) {
   const [word, mark] = VERDICTS[summary.verdict] ?? ["", ""];
   return make("div", { className: "head" }, make("div", {}, make("h1", {}, bdi(summary.title)),
-    make("p", { className: "headline" }, make("span", {}, summary.headline), ...(word ? [chip(word, mark)] : []))), button("Take away", takeAway, { className: "primary" }));
+    make("p", { className: "headline" }, make("span", {}, summary.headline), ...(word ? [chip(word, mark)] : []))), button("Export", openExport, { className: "primary" }));
 }
 
 function section(id, title, about, ...children) {
-  const title2 = make("h2", { tabIndex: -1 }, title);
-  return make("section", { id: `part-${id}` }, title2, ...(about ? [make("p", { className: "about" }, about)] : []), ...children);
+  const heading2 = make("h2", { tabIndex: -1 }, title);
+  return make("section", { id: `part-${id}` }, heading2, ...(about ? [make("p", { className: "about" }, about)] : []), ...children);
 }
 
-/** Buttons that scroll to the sections: a link would replace the fragment of the URL, which has the state. */
+/** Buttons that scroll to the sections. A link would replace the fragment of the URL, which stores the state of the page. */
 function sectionButtons(sections) {
   return make("nav", { className: "sections", ariaLabel: "Sections of the result" }, ...sections.map((part) => button(part.firstChild.textContent, () => { part.scrollIntoView({ block: "start" }); part.firstChild.focus({ preventScroll: true }); })));
 }
 
-/** The charts that need the samples come later than the coefficients. */
+/** Fill in the charts that need the samples, which are computed after the coefficients. */
 async function fillFromSamples(id, places) {
   const names = ["series", "density", "residuals", "map"];
   if (!remembered.has(id)) for (const name of names) places[name].replaceChildren(make("p", { className: "none" }, "Drawing…"));
@@ -86,10 +86,10 @@ async function fillFromSamples(id, places) {
   setContent(remembered.get(id));
   places.series.classList.remove("charts");
   places.series.replaceChildren(...(hasSeries() ? seriesSection() : [make("p", { className: "none" }, "The record has no samples to draw.")]));
-  for (const name of ["density", "residuals", "map"]) fillOrSay(places[name], name);
+  for (const name of ["density", "residuals", "map"]) fillOrExplain(places[name], name);
 }
 
-function fillOrSay(place, name) {
+function fillOrExplain(place, name) {
   place.replaceChildren();
   fill(place, linkedKinds[name]);
   if (!place.firstChild) place.append(make("p", { className: "none" }, name === "residuals" ? "Not drawn: there is no fitted model." : "Not drawn: the record is too short, or too many samples are missing."));

@@ -1,14 +1,14 @@
-// What the page is about: the file, the options, the step; their history, and the fragment of the URL that has them.
+// The session: file, options and step, their history, and the fragment of the URL that stores them.
 
 import { isEmpty } from "./dom.js";
 
 const listeners = new Set();
-const undone = [], done = []; // what was stated before and after: {options, taken}
+const done = [], undone = []; // states before and after the current one, for undo and redo: {options, exportState}
 
-/** `source` is what the server calls the file: {path} or {file}; null before one is opened. `taken` is the file for a filter, `compared` what is compared, as the address states it; `resultSource` the file of a result. */
-export const session = { source: null, name: "", options: {}, taken: { target: "", choices: {} }, step: "open", opened: null, result: null, id: null, about: null, compared: null, resultSource: null };
+/** `source` identifies the file: {path} or {file}; null before a file is opened. `exportState`: target and options of the export. `compared`: the comparison, as in the address. `resultSource`: the file of a stored result. */
+export const session = { source: null, name: "", options: {}, exportState: { target: "", choices: {} }, step: "open", opened: null, result: null, id: null, about: null, compared: null, resultSource: null };
 
-/** Results by the file and the options that they were made with. */
+/** Identifiers of results, by file and options. */
 const results = new Map();
 
 export const onChange = (listener) => listeners.add(listener);
@@ -19,7 +19,7 @@ function changed(what) {
   for (const listener of listeners) listener(what);
 }
 
-/** Change options: names and their values, undefined removes one. The state before can be had again by `undo`. */
+/** Change options by name; `undefined` removes an option. `undo` restores the previous state. */
 export function setOptions(changes) {
   const next = { ...session.options, ...changes };
   for (const [name, value] of Object.entries(next)) if (isEmpty(value)) delete next[name];
@@ -29,16 +29,16 @@ export function setOptions(changes) {
   changed("options");
 }
 
-/** Choose the file for a filter: its target and its choices. */
-export function setTaken(changes) {
-  const next = { ...session.taken, ...changes };
-  if (JSON.stringify(next) === JSON.stringify(session.taken)) return;
+/** Change the target of the export or its options. */
+export function setExport(changes) {
+  const next = { ...session.exportState, ...changes };
+  if (JSON.stringify(next) === JSON.stringify(session.exportState)) return;
   remember();
-  session.taken = next;
-  changed("taken");
+  session.exportState = next;
+  changed("export");
 }
 
-const stated = () => ({ options: session.options, taken: session.taken });
+const stated = () => ({ options: session.options, exportState: session.exportState });
 
 function remember() {
   done.push(stated());
@@ -61,20 +61,20 @@ function move(from, to) {
   const before = stated(), next = from.pop();
   to.push(before);
   Object.assign(session, next);
-  if (next.taken !== before.taken) changed("taken");
+  if (next.exportState !== before.exportState) changed("export");
   if (next.options !== before.options) changed("options");
 }
 
-/** What is compared has changed; null if nothing is. */
+/** Store the state of the comparison in the address; null if nothing is compared. */
 export function setCompared(state) {
   session.compared = state;
   writeFragment();
 }
 
-/** Begin with a file: what was known of another one is forgotten. */
-export function begin(source, name, options = {}, taken = { target: session.taken.target, choices: {} }) {
+/** Start a session with a file, and discard the previous one. */
+export function begin(source, name, options = {}, exportState = { target: session.exportState.target, choices: {} }) {
   done.length = undone.length = 0;
-  Object.assign(session, { source, name, options, taken, opened: null, result: null, id: null, resultSource: null });
+  Object.assign(session, { source, name, options, exportState, opened: null, result: null, id: null, resultSource: null });
   changed("source");
 }
 
@@ -105,7 +105,7 @@ export function writeFragment() {
     parts.set("name", session.name);
   }
   if (Object.keys(session.options).length) parts.set("options", JSON.stringify(session.options));
-  if (session.taken.target && session.source) parts.set("export", JSON.stringify({ target: session.taken.target, choices: session.taken.choices }));
+  if (session.exportState.target && session.source) parts.set("export", JSON.stringify({ target: session.exportState.target, choices: session.exportState.choices }));
   if (session.id && !session.source) parts.set("result", session.id);
   if (session.compared && session.step === "compare") parts.set("compare", JSON.stringify(session.compared));
   if (session.step !== "open") parts.set("step", session.step);
@@ -113,17 +113,17 @@ export function writeFragment() {
   if (fragment !== location.hash.slice(1)) history.replaceState(null, "", fragment ? `#${fragment}` : location.pathname);
 }
 
-/** What a fragment says: {source, name, options, taken, step, result, compared}; null where it says nothing. */
+/** Parse the fragment: {source, name, options, exportState, step, result, compared}, or null if it states no file, result or comparison. */
 export function readFragment() {
   const parts = new URLSearchParams(location.hash.slice(1));
   const options = objectOf(parts.get("options")), { target = "", choices = {} } = objectOf(parts.get("export"));
   const path = parts.get("path"), file = parts.get("file"), compared = parts.has("compare") ? objectOf(parts.get("compare")) : null;
   if (!path && !file && !parts.get("result") && !compared) return null;
   const name = parts.get("name") ?? (path ?? "").split(/[\\/]/).pop();
-  return { source: path ? { path } : file ? { file } : null, name, options, taken: { target: String(target), choices: Object(choices) }, step: parts.get("step") ?? "columns", result: parts.get("result"), compared };
+  return { source: path ? { path } : file ? { file } : null, name, options, exportState: { target: String(target), choices: Object(choices) }, step: parts.get("step") ?? "columns", result: parts.get("result"), compared };
 }
 
-/** The object of a JSON text; empty for a fragment that was cut. */
+/** Parse a JSON object; empty if the text is damaged, as in an address that was cut. */
 function objectOf(text) {
   try {
     const object = JSON.parse(text ?? "{}");

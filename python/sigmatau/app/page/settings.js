@@ -1,4 +1,4 @@
-// Options of the analysis beside the result: a change starts the analysis again.
+// Options of the analysis, next to the result; a change starts the analysis again.
 
 import { make } from "./page.js";
 import { button, checkbox, choice, field } from "./dom.js";

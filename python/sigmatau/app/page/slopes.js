@@ -1,4 +1,4 @@
-// Lines of the five slopes over a curve, each with a handle that is dragged along the curve or moved by the arrow keys.
+// Lines of the five slopes on a curve. A handle moves each along the curve, by the pointer or by the arrow keys.
 
 import { make } from "./page.js";
 import { closest } from "./plot.js";
@@ -7,15 +7,15 @@ import { text } from "./numbers.js";
 const NS = "http://www.w3.org/2000/svg";
 export const SIGNS = { "-1": "−1", "-0.5": "−½", 0: "0", 0.5: "+½", 1: "+1" };
 
-/** Lay lines over a plot.
+/** Draw the lines on a plot.
  *
  * tau, adev: the curve, in the unit of the plot
  * terms: [{name, label, slope, colour}]
- * moved(term, k): a handle was moved to a point of the curve
+ * moved(term, k): called after a handle was moved to point k of the curve
  *
- * Returns {place(name, k), hide(name), say(name, text, refused)}.
+ * Returns {place(name, k), hide(name), describe(name, text, refused)}.
  */
-export function layLines(plot, tau, adev, terms, moved) {
+export function drawSlopes(plot, tau, adev, terms, moved) {
   const { u } = plot, lines = new Map();
   const svg = document.createElementNS(NS, "svg");
   svg.setAttribute("class", "slopes");
@@ -66,7 +66,7 @@ export function layLines(plot, tau, adev, terms, moved) {
     if (k === null) return;
     const { min, max } = u.scales.x, value = (t) => adev[k] * (t / tau[k]) ** term.slope;
     const ends = [min, max].map((t) => [u.valToPos(t, "x"), u.valToPos(value(t), "y")]);
-    if (!ends.flat().every(Number.isFinite)) return; // the plot has no scales yet; it is drawn, and this is done, in a moment
+    if (!ends.flat().every(Number.isFinite)) return; // the plot has no scales yet; its first drawing calls this again
     ["x1", "y1", "x2", "y2"].forEach((name, j) => line.setAttribute(name, ends[j >> 1][j % 2].toFixed(1)));
     const x = u.valToPos(tau[k], "x"), y = u.valToPos(adev[k], "y");
     handle.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
@@ -77,7 +77,7 @@ export function layLines(plot, tau, adev, terms, moved) {
   return {
     place: (name, k) => set(lines.get(name), k),
     hide: (name) => { lines.get(name).k = null; position(lines.get(name)); },
-    say: (name, words, refused) => {
+    describe: (name, words, refused) => {
       const { handle, k, line } = lines.get(name);
       handle.classList.toggle("refused", refused);
       line.classList.toggle("refused", refused);
@@ -86,7 +86,7 @@ export function layLines(plot, tau, adev, terms, moved) {
   };
 }
 
-/** The point of a curve whose slope is nearest to one: where a line is laid first. */
+/** The point of a curve whose slope is closest to that of a term, where its line is drawn first. */
 export function pointOfSlope(tau, adev, slope) {
   let best = 0, smallest = Infinity;
   for (let k = 0; k < tau.length; k++) {

@@ -1,8 +1,8 @@
-// A small picture of a column: each stretch from its smallest to its largest value.
+// A small time series of a column: the smallest and the largest value of each interval.
 
 const NS = "http://www.w3.org/2000/svg", WIDTH = 128, HEIGHT = 30;
 
-/** An SVG of pairs [smallest, largest]; null where a stretch has no value. */
+/** An SVG of pairs [smallest, largest], which are null for an interval without a value. */
 export function sparkline(pairs, label) {
   const svg = document.createElementNS(NS, "svg");
   svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);

@@ -1,4 +1,4 @@
-// The words of a result: overview of the coefficients, findings, coefficients of a channel.
+// Tables and text of a result: overview of the coefficients, findings, coefficients of each channel.
 
 import { make } from "./page.js";
 import { bdi, chip } from "./dom.js";
@@ -11,10 +11,10 @@ export const VERDICTS = {
 
 const WITHOUT = {
   not_at_rest: "No coefficients: the sensor is not at rest. Choose a part at rest in the time series, or check “Analyse motion as noise”.",
-  too_short_to_tell: "No coefficients: the record is too short to tell rest from motion.",
+  too_short_to_tell: "No coefficients: the record is too short to distinguish rest from motion.",
 };
 
-/** A text with its powers of ten: "m/s/h^{3/2}" and "m^2" raised. */
+/** A text with superscripts: the exponents in "m/s/h^{3/2}" and "m^2" are raised. */
 export function raised(text) {
   const parts = String(text).split(/\^(\{[^}]*\}|-?\d+)/);
   return parts.map((part, k) => (k % 2 ? make("sup", {}, part.replace(/[{}]/g, "")) : part)).filter((part) => part !== "");
@@ -55,7 +55,7 @@ function findingRow({ severity, axes, message, action, where }) {
     ...(where ? [make("span", { className: "where" }, `At ${where}.`)] : [])));
 }
 
-/** All coefficients, a table a channel. */
+/** All coefficients, in a table for each channel. */
 export function coefficientTables(tables, legend) {
   const articles = (tables ?? []).map((table) => make("article", {},
     make("h3", {}, bdi(table.channel), " ", ...(table.trust ? [chip(table.trust, table.trust)] : [])),

@@ -1,4 +1,4 @@
-"""Downloads: files of other programs, the report, tables and figures."""
+"""Calls that make files to download: exports, the report, tables and figures."""
 
 from __future__ import annotations
 
@@ -38,36 +38,36 @@ def exported(
     *, analysis: bytes, target: str, table: Mapping[str, Any], rest: bytes | None, rest_name: str,
     turn_on: LogFile | None, progress: Progress,
 ) -> str:  # fmt: skip
-    """The file of a target as it would be written, as JSON.
+    """A preview of the file that an export writes, as JSON.
 
-    `rest`: the analysis of the same sensor at rest; `turn_on`: the model file of ``sigmatau compare --model``.
+    `rest`: an analysis of the same sensor at rest; `turn_on`: a model file that ``sigmatau compare --model`` wrote.
     """
     check_names(table, exports=True)
-    wanted = find_target(target)
-    source, doubt, resting = _loaded(analysis).to_source(), "", []
+    found_target = find_target(target)
+    source, doubt, inflation_words = _loaded(analysis).to_source(), "", []
     if rest is not None:
         source, doubt = inflated(source, _loaded(rest).to_source(), name=rest_name)
-        resting = ["--inflate", rest_name]
-    added = [] if turn_on is None else ["--turn-on", turn_on.name]
+        inflation_words = ["--inflate", rest_name]
+    turn_on_words = [] if turn_on is None else ["--turn-on", turn_on.name]
     if turn_on is not None:
         source = with_turn_on(source, Path(turn_on.path))
-    prepared = prepare(source, to=wanted.name, choices=Choices(**arguments(Choices, table)))
-    name = default_file(wanted)
+    prepared = prepare(source, to=found_target.name, choices=Choices(**arguments(Choices, table)))
+    name = default_file(found_target)
     words = [
         "sigmatau",
         "export",
         "result.json",
         "--to",
-        wanted.name,
+        found_target.name,
         *option_words(table),
-        *resting,
-        *added,
+        *inflation_words,
+        *turn_on_words,
         "-o",
         name,
     ]
     warnings = [{"severity": "warning", "text": printable(doubt), "action": "", "hint": None}] if doubt else []
     content = {
-        "target": wanted.name,
+        "target": found_target.name,
         "files": [{"name": name, "text": str(prepared.content)}],
         "warnings": warnings + [_warning(finding) for finding in dict.fromkeys(prepared.findings)],
         "command": shlex.join(words),
@@ -80,7 +80,7 @@ def _warning(finding: Finding) -> dict[str, Any]:
 
 
 def report(*, analysis: bytes, content: bytes | None, form: str, progress: Progress) -> bytes:
-    """The report as HTML or PDF; without densities and time series for a result that was read."""
+    """The report as HTML or PDF. That of a stored result has no densities and time series."""
     result = _loaded(analysis)
     made: Content = collect_content(result, None, targets=()) if content is None else pickle.loads(content)
     if form == "pdf":
@@ -99,7 +99,7 @@ def curve_table(*, analysis: bytes, what: str, progress: Progress) -> bytes:
 
 
 def figure(*, analysis: bytes, form: str, progress: Progress) -> bytes:
-    """The figure of the curves: SVG or PNG."""
+    """The figure of the curves as SVG or PNG."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"figure.{form}"
         save(_loaded(analysis).plot(), str(file))

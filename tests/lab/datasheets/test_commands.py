@@ -120,7 +120,7 @@ def test_a_typical_value_passes_and_fails_nobody(folder, capsys):
         assert run(f"sigmatau lot good.json --spec open.toml --undecided fail {more}") == 4
         out = capsys.readouterr().out
         assert "no maximum in the specification; state one" in out
-        assert "open has typical values only, which pass no unit" in out
+        assert "open has typical values only, so that no unit passes" in out
     assert run("sigmatau lot good.json --spec open.toml --undecided fail --factor 1") == 3
     assert run("sigmatau lot good.json --spec open.toml --factor 1") == 4
     assert run("sigmatau lot good.json --spec open.toml --factor 1 --undecided pass") == 0

@@ -277,7 +277,7 @@ def test_a_log_that_kills_its_worker_beside_a_record_that_is_divided(processes, 
     assert out == "9 of 10 logs analysed, 1 failed\n"
     found = contents(processes.folder / "a.db")
     assert [path for path, (state, _, _) in found.items() if state == "failed"] == [str(poison)]
-    assert "its worker ended each time it was tried" in err
+    assert "its worker was killed at each attempt" in err
 
     stretches = [read for _, read in processes.reads() if ":" in read]
     assert len(set(stretches)) == 6  # of 300 000 samples, whole chunks

@@ -206,5 +206,5 @@ def test_killed_processes(tmp_path, who):
             assert time.monotonic() < until, "a reader is still there"
             time.sleep(0.05)
     _, err = process.communicate(timeout=60)
-    assert ("the same with `jobs=1` adds the others" in err) == (who == "reader"), err
+    assert ("add the others with `jobs=1`" in err) == (who == "reader"), err
     assert "Traceback" not in err

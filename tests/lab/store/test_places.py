@@ -80,7 +80,7 @@ def test_full_disk(tmp_path):
     )
     assert ran.stderr == ""
     done, _, told = ran.stdout.partition(" ")
-    assert told.startswith("the store did not take the results: ")
+    assert told.startswith("the results cannot be added to the store: ")
     assert "\n" not in told.strip()
     with Store(place) as store:
         assert len(store.runs()) == int(done) > 0

@@ -1,4 +1,4 @@
-"""`analyze_array`: several synchronous sensors of one axis, their covariance, and the virtual sensor that they make."""
+"""`analyze_array`: covariance of several synchronous sensors of one axis, and the virtual sensor that combines them."""
 
 from __future__ import annotations
 
@@ -34,10 +34,12 @@ from sigmatau.results import seconds
 _TOO_WEAK = (
     "the record determines the covariance of the target too weakly for weights. Record longer, or take another target"
 )
-_CONTRASTED = 3  # smallest number of sensors of a hat
-# Correlation of two sensors below which one of them has the other sign. [1] Judgement: no independent noise has it.
+_LEAST_OF_HAT = 3  # smallest number of sensors of an N-cornered hat
+# Correlation of two sensors below which one has the opposite sign. [1] Judgement: independent noise does not reach it.
 _OPPOSITE, _OPPOSITE_COMMON = -0.8, -0.3
-_DUPLICATED = 1e-6  # ratio of the variance of a difference to that of a sensor below which both are one signal [1]
+_DUPLICATED = (
+    1e-6  # ratio of variances, of the difference of two sensors to one of them, below which they are one signal [1]
+)
 
 
 def analyze_array(
@@ -61,10 +63,10 @@ def analyze_array(
     record : Record or sequence of Record
         Log of all sensors at rest; or several logs with the same clock, one sensor each.
     axes : sequence of str, optional
-        Channels of the sensors. For several logs, the one channel that is taken from each; they are then named
+        Channels of the sensors. For several logs, the single channel that each has; the channels are then named
         ``gyro_x_1``, ``gyro_x_2`` … Default: all channels, if they have one quantity.
     invert : sequence of str
-        Channels whose sign is changed, because their sensors are mounted the other way around.
+        Channels whose sign is reversed, because their sensors point in the opposite direction.
     target : str or float
         What the weights minimise: a term, ``"random_walk"``, ``"bias_instability"`` or ``"rate_random_walk"``, or the Allan
         deviation at an averaging time. [s]
@@ -72,7 +74,7 @@ def analyze_array(
         Eliminate a disturbance that all sensors have in common, such as the motion of a table: only differences are used,
         and the noise of the sensors is assumed to be independent (N-cornered hat).
     name : str, optional
-        Channel of the virtual sensor. Default: ``"gyro_x"`` if all names begin or end so, otherwise ``"gyro_virtual"``.
+        Channel of the virtual sensor. Default: ``"gyro_x"`` if all channels are of the axis x, otherwise ``"gyro_virtual"``.
     level : float
         Confidence level of intervals.
     threads : int, optional
@@ -119,7 +121,7 @@ def analyze_array(
     _check_virtual_name(name, array.names)
     stream = array.record.streams[0]
     refuse_unusable(array.names, array.samples, stream.quantity)
-    analysis, fits, rows = _analysed(array, common=common, threads=threads)
+    analysis, fits, rows = _analyze_channels(array, common=common, threads=threads)
     raw, filled = complete_rows(array.samples, rows)
     tau0, unit = stream.grid.tau0, stream.unit
     components, conditions = observed_components(fits), find_conditions(fits)
@@ -198,17 +200,17 @@ def _check_options(target: str | float, level: float) -> None:
 def _check_number(names: Sequence[str], *, common: bool) -> None:
     if len(names) < 2:
         raise OptionError(f"{{option}}: an array has at least two sensors, not {', '.join(names)}", option="axes")
-    if common and len(names) < _CONTRASTED:
+    if common and len(names) < _LEAST_OF_HAT:
         raise OptionError(
-            "{option} needs three sensors or more: two have one difference, which does not show whose noise it is",
+            "{option} needs three sensors or more: the difference of two does not show which of them has the noise",
             option="common",
         )
 
 
-def _analysed(
+def _analyze_channels(
     array: ArrayRecord, *, common: bool, threads: int | None
 ) -> tuple[Analysis, Mapping[str, NoiseFit], Bools]:
-    """Analyse the sensors, or their differences; the fits, and the rows that are left out."""
+    """Analyse the sensors, or their differences; return the analysis, its fits, and the rows that are left out."""
     record, names, samples = array.record, list(array.names), array.samples
     if common:
         prefix = names[0].rpartition("_")[0] or names[0]

@@ -20,15 +20,17 @@ from sigmatau.lab.arrays.intervals import Correlation, Estimate, correlation_est
 from sigmatau.lab.arrays.virtual_sensor import mixed_terms
 from sigmatau.noise.uncertainty import degrees_of_freedom
 
-_FILTER_SHARE = 0.125  # share of the corner of a filter above which frequencies are left out [1]; 1.5 % of the density
-_RESONANCE_WIDTHS = 16.0  # half widths on each side of a resonance that are left out, within an octave [1]
-_NEEDED = 0.05  # p-value above which a component that few channels observe is left out. [1] Judgement: the usual level
+_FILTER_SHARE = (
+    0.125  # highest frequency as a share of the corner of a filter, which lowers the density there by 1.5 % [1]
+)
+_RESONANCE_WIDTHS = 16.0  # part left out on each side of a resonance, in half widths, at most an octave [1]
+_NOT_NEEDED = 0.05  # p-value above which a component of few channels is left out. [1] Judgement: the usual level
 _FALSE_ALARMS = 0.05  # probability that independent sensors are called correlated. [1] Judgement: the usual level
 
 
 @frozen
 class Conditions:
-    """What a fit leaves out, and the regressors of the mean besides a constant and a ramp.
+    """Frequencies that a fit leaves out, and the regressors of the mean besides a constant and a ramp.
 
     Attributes
     ----------
@@ -52,7 +54,7 @@ class Conditions:
 
 
 def find_conditions(fits: Mapping[str, NoiseFit]) -> Conditions:
-    """Frequencies that are left out and drifts, from the fits of the channels."""
+    """Collect the frequencies to leave out, and the drifts, from the fits of the channels."""
     highest = [fit.highest for fit in fits.values() if fit.highest is not None]
     highest += [
         _FILTER_SHARE * fit.response.corner
@@ -79,7 +81,7 @@ def find_conditions(fits: Mapping[str, NoiseFit]) -> Conditions:
 
 
 def without_drifts(samples: Floats, tau0: float, conditions: Conditions) -> Floats:
-    """Samples without their means, and without the lines, drifts and ramps of their fits, by least squares."""
+    """Subtract the means, and the lines, drifts and ramps of the fits, by least squares."""
     n = samples.shape[1]
     time = (np.arange(n) + 0.5) * tau0
     curves = [np.ones(n), *(np.exp(-time / each) for each in conditions.warm_up)]
@@ -99,9 +101,9 @@ def fit_array(
     common: bool,
     conditions: Conditions,
 ) -> CovarianceFit:
-    """Fit the covariance matrices, or the independent variances behind a common disturbance.
+    """Fit the covariance matrices; with `common`, fit independent variances to the differences of the sensors.
 
-    `samples`: shape (n, N); `first`: first variances, shape (n_components, n).
+    `samples`: shape (n, N); `first`: variances from which the fit starts, shape (n_components, n).
     """
     time = (np.arange(samples.shape[1]) + 0.5) * tau0
     regressors = [np.exp(-time / each) for each in conditions.warm_up]
@@ -131,10 +133,9 @@ def choose_components(
     common: bool,
     conditions: Conditions,
 ) -> tuple[tuple[Component, ...], Floats, CovarianceFit]:
-    """Fit the array, without the components that few of its channels observe and that it does not need.
+    """Fit the array, and remove components that it does not need.
 
-    A component that less than half of the fits of the channels observe is left out if the likelihood ratio is not
-    significant.
+    A component is removed if fewer than half of the channels observe it and its likelihood ratio is not significant.
     """
 
     def fitted(chosen: list[int]) -> CovarianceFit:
@@ -149,7 +150,7 @@ def choose_components(
         fewer = [k for k in chosen if k != t]
         smaller = fitted(fewer)
         gain = 2 * (fit.log_likelihood - smaller.log_likelihood)
-        if float(chi2_above(fit.theta.shape[1], max(gain, 0.0))) > _NEEDED:
+        if float(chi2_above(fit.theta.shape[1], max(gain, 0.0))) > _NOT_NEEDED:
             chosen, fit = fewer, smaller
     return tuple(components[t] for t in chosen), first[chosen], fit
 
@@ -180,7 +181,7 @@ def estimate_correlations(
     widening: float,
     level: float,
 ) -> dict[str, dict[tuple[str, str], Correlation]]:
-    """Correlations of all pairs and components; which are significant is decided for all together (Holm)."""
+    """Correlations of all pairs and components; the correction for their number is that of Holm."""
     result: dict[str, dict[tuple[str, str], Correlation]] = {}
     for t, component in enumerate(components):
         observed = [coefficients[component.name][name].observed for name in names]

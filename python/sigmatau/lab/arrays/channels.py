@@ -1,4 +1,4 @@
-"""Channels of an array on one grid: selection, alignment of several logs, and refusal of what is not an array."""
+"""Channels of an array on one grid: selects them, aligns several logs, and refuses channels that are not an array."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 
-_SAME_RATE = 0.25  # largest difference of the grids of two logs at their ends [samples]
+_SAME_RATE = 0.25  # largest distance of the grids of two logs, at their starts and at their ends [samples]
 _LARGEST_ARRAY = 32  # number of channels; Judgement: a fit of more takes minutes
-# Share of the rows without a sample of each channel up to which they are filled. [1] Derived: the likelihood then counts
-# this share of the samples twice.
+# Largest share of incomplete rows that are filled. [1] Derived: the likelihood then counts this share of the samples
+# twice.
 _FILLED = 0.02
 _LEAST_SAMPLES = 1024  # smallest number of samples; Judgement: 512 for each half
-_LEAST_MEANS = 32  # smallest number of samples on each side of a gap whose mean is used
+_LEAST_MEANS = 32  # number of samples on each side of a gap from which its mean is computed, at least
 _OPPOSITE_GRAVITY = 3.0  # mean acceleration of both signs above which sensors point in opposite directions [m/s²]
 
 
@@ -50,7 +50,7 @@ class ArrayRecord:
 def collect_channels(
     record: Record | Sequence[Record], channels: Sequence[str] | None, invert: Sequence[str]
 ) -> ArrayRecord:
-    """Select the channels of an array, with one sign.
+    """Select the channels of an array, and reverse the sign of those in `invert`.
 
     Raises `OptionError` for a wrong name, and `DataError` for channels that are not synchronous.
     """
@@ -95,7 +95,7 @@ def make_record(arrays: Mapping[str, Floats], like: Stream) -> Record:
 def _chosen(
     records: Sequence[Record], channels: Sequence[str] | None
 ) -> tuple[dict[str, Floats], list[str], list[Stream]]:
-    """Columns by name, their files, and their streams."""
+    """Chosen columns by name, their files, and their streams."""
     if len(records) == 1:
         record = records[0]
         names = list(channels) if channels else _only_sensor(record)
@@ -191,15 +191,15 @@ def refuse_unusable(names: Sequence[str], samples: Floats, quantity: str) -> Non
 
 
 def complete_rows(samples: Floats, excluded: Bools) -> tuple[Floats, int]:
-    """Samples without gaps: filled if few are missing, otherwise the longest stretch without any.
+    """Samples without gaps: with filled gaps if few samples are missing, otherwise the longest stretch without a gap.
 
-    Returns the samples and the number of filled rows. A gap is filled with the rows before it
-    (or after it), all channels together, on a straight line between the means on both sides; so white noise keeps its
+    Returns the samples and the number of filled rows. A gap is filled with a straight line between the means on both
+    sides, plus the noise of the rows before it (or after it). Rows are copied whole, so that white noise has the same
     covariance.
     """
-    lost = excluded | ~np.isfinite(samples).all(axis=0)
-    n = len(lost)
-    gaps = runs(lost)
+    incomplete = excluded | ~np.isfinite(samples).all(axis=0)
+    n = len(incomplete)
+    gaps = runs(incomplete)
     if not gaps:
         return samples, 0
     begin = gaps[0][1] if gaps[0][0] == 0 else 0
@@ -208,14 +208,14 @@ def complete_rows(samples: Floats, excluded: Bools) -> tuple[Floats, int]:
     count = sum(b - a for a, b in inner)
     longest = max((b - a for a, b in inner), default=0)
     if count > _FILLED * (end - begin) or longest > (end - begin) // 8:
-        begin, end = max(runs(~lost), key=lambda run: run[1] - run[0], default=(0, 0))
+        begin, end = max(runs(~incomplete), key=lambda run: run[1] - run[0], default=(0, 0))
         inner, count = [], 0
     if end - begin < _LEAST_SAMPLES:
         raise DataError(
             f"the longest stretch with samples of all channels has {end - begin} rows; at least {_LEAST_SAMPLES} are needed"
         )
     filled = samples[:, begin:end].copy()
-    missing = lost[begin:end]
+    missing = incomplete[begin:end]
     for a, b in inner:
         _fill(filled, missing, a - begin, b - begin)
         missing[a - begin : b - begin] = False

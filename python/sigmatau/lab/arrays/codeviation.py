@@ -21,7 +21,7 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.arrays.intervals import correlation_interval, difference_interval, variance_interval
 from sigmatau.results import plain
 
-_LEAST_FREEDOM = 1e-3  # smallest degrees of freedom of a part of a hat; its interval is then without end
+_LEAST_FREEDOM = 1e-3  # smallest degrees of freedom of a part of a hat; its interval is then unbounded
 
 
 @frozen(eq=False)
@@ -35,9 +35,9 @@ class AllanCovariance:
     tau : ndarray, shape (n_tau,)
         [s]
     covariance, low, high : ndarray, shape (n_tau,)
-        With its interval. [unit²]
+        Covariance with its interval. [unit²]
     correlation, correlation_low, correlation_high : ndarray, shape (n_tau,)
-        Covariance over the product of both deviations, with its interval. [1]
+        Covariance divided by the product of both deviations, with its interval. [1]
     edf : ndarray, shape (n_tau,)
         Degrees of freedom.
     """
@@ -164,7 +164,7 @@ def hat_curves(
 ) -> tuple[HatCurve, ...]:
     """N-cornered hat of independent sensors with a common disturbance, by least squares on all pairs.
 
-    For three sensors it is the Groslambert covariance of two differences, and the classical three-cornered hat. `edf`:
+    For three sensors this is the Groslambert covariance of two differences, which equals the three-cornered hat. `edf`:
     degrees of freedom of a difference, shape (n_tau,).
     """
     n = len(names)
@@ -213,9 +213,9 @@ def _roots(matrices: Floats) -> Floats:
 
 
 def _hat_weights(n: int, channel: int) -> Floats:
-    """Matrix A of the estimate tr(A·R) of the variance of a channel, R the covariance of the contrasts x₀ − x_j.
+    """Matrix A for which tr(A·R) estimates the variance of a channel; R is the covariance of the contrasts x₀ − x_j.
 
-    Least squares on all pairs: d_i = [Σ_j a_ij − Σ_{j<k} a_jk/(n − 1)]/(n − 2), a_jk the variance of x_j − x_k.
+    Least squares on all pairs: d_i = [Σ_j a_ij − Σ_{j<k} a_jk/(n − 1)]/(n − 2), where a_jk is the variance of x_j − x_k.
     """
     matrix = np.zeros((n - 1, n - 1))
     for j, k in combinations(range(n), 2):

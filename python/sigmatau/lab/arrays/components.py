@@ -16,8 +16,8 @@ from sigmatau.noise.terms import NOISE, TERMS, coefficient_unit
 # Ratio of correlation times below which Gauss-Markov processes of two channels count as one component. [1] Judgement: fits
 # determine a correlation time to about this factor.
 _SAME_TIME = 3.0
-# Frequencies for which the effect of the ends of the record on flicker noise is integrated. Derived: above, the part that
-# alternates is below 1e-6 of the density.
+# Number of frequencies at which the effect of the ends of the record on flicker noise is integrated. Derived: above, its
+# alternating part is below 1e-6 of the density.
 _INTEGRATED = 16
 
 
@@ -37,7 +37,7 @@ class Component:
     time: float | None = None
 
     def label(self, quantity: str) -> str:
-        """Name on this kind of sensor.
+        """Name of the component for a kind of sensor.
 
         Parameters
         ----------
@@ -68,10 +68,10 @@ def component_unit(component: Component, quantity: str, unit: str) -> str:
 
 
 def observed_components(fits: Mapping[str, NoiseFit]) -> tuple[Component, ...]:
-    """Components that at least one of the fits observes, in the order of their slopes; processes with similar times are
-    one.
+    """Components that at least one of the fits observes, in the order of their slopes.
 
-    Of terms of which at least one is present, although none is significant alone, the first is taken if none is in yet.
+    Processes with similar times are combined. If a fit has terms of which one is present, but none is significant alone,
+    the first of them is added, unless another fit observes one of them.
     """
     terms = {name for fit in fits.values() for name in fit.observed if name in NOISE}
     for fit in fits.values():
@@ -94,7 +94,7 @@ def observed_components(fits: Mapping[str, NoiseFit]) -> tuple[Component, ...]:
 
 
 def first_values(components: Sequence[Component], fits: Mapping[str, NoiseFit]) -> Floats:
-    """Squares of the coefficients of the fits, shape (n_components, n_channels); a small value where a fit has none."""
+    """Squares of the coefficients of the fits, shape (n_components, n_channels); a small value if a fit has none."""
     values = np.zeros((len(components), len(fits)))
     for t, component in enumerate(components):
         for i, fit in enumerate(fits.values()):
@@ -121,9 +121,9 @@ def _fitted(component: Component, fit: NoiseFit) -> float:
 def densities(components: Sequence[Component], samples: int, tau0: float) -> Floats:
     """Expected squares of the cosine transform for unit coefficients, shape (n_components, samples).
 
-    Exact for quantization, white noise and a rate random walk. Those of flicker noise and Gauss-Markov processes contain the
-    effect of the ends of the record on the variance of each frequency, but not the small correlation of different
-    frequencies.
+    They are exact for quantization noise, white noise and a rate random walk. For flicker noise and Gauss-Markov processes
+    they include the effect of the ends of the record on the variance at each frequency; the small correlation of different
+    frequencies is neglected.
     """
     return np.stack([_density(component.name, component.time, samples, tau0) for component in components])
 
@@ -149,8 +149,10 @@ def _density(name: str, time: float | None, samples: int, tau0: float) -> Floats
 
 
 def _ends_of_flicker(k: np.ndarray) -> Floats:
-    """Ratio of the variance of the transform of flicker noise to its density: the mean over Gauss-Markov processes of all
-    correlation times, 1 − 2/(π²k) for the first part of their formula, and an integral for the second.
+    """Ratio of the variance of the transform of flicker noise to its density.
+
+    Flicker noise is a mixture of Gauss-Markov processes of all correlation times. The mean of the first part of their
+    formula in `_density` is 1 − 2/(π²k); that of the second part is integrated numerically.
     """
     grid = np.geomspace(1e-6, 50.0, 4000)
     second = np.zeros(len(k))

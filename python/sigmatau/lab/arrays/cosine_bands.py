@@ -1,7 +1,7 @@
-"""Cosine transform of several channels, gathered in bands of frequency.
+"""Cosine transform of several channels, summed in bands of frequency.
 
-The type-II transform makes white noise and a random walk exactly independent from frequency to frequency, with the
-variances σ² and σ²/(4 sin²(πk/2N)), because its vectors are those of the second difference with free ends.
+In the type-II transform, values at different frequencies are exactly independent for white noise and for a random walk,
+with variances σ² and σ²/(4 sin²(πk/2N)): its basis vectors are the eigenvectors of the second difference with free ends.
 
 References
 ----------
@@ -17,13 +17,12 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats
 from sigmatau.frozen import frozen
 
-# Number of the lowest frequencies that are not gathered. Judgement: the densities of slow noise change most there.
+# Number of the lowest frequencies, each of which is a band. Judgement: the densities of slow noise change most there.
 _SINGLE = 24
-# Ratio of the ends of a band above them. [1] Judgement: a density f⁻² changes by an eighth within a band, and the band uses
-# its mean.
+# Ratio of the ends of a wider band. [1] Judgement: a density f⁻² changes by an eighth in a band, which uses its mean.
 _RATIO = 1.06
-# Half width of the band that is left out at a line, in frequencies of the transform and as a share of its frequency. [1]
-# Judgement: the line is subtracted first, so that only its modulation is left.
+# Half width of the band that is left out at a line: a number of frequencies of the transform, plus a share of the number of
+# the line. [1] Judgement: the line is subtracted first, so that only its modulation remains.
 _LINE_WIDTH, _LINE_SHARE = 32, 0.005
 
 
@@ -40,7 +39,7 @@ class Bands:
     power : ndarray, shape (n_bands, n, n)
         Sums of y·yᵀ over the channels. [unit²]
     trend : ndarray, shape (n_bands, q, n)
-        Sums of x·yᵀ, x the transforms of the regressors. [unit]
+        Sums of x·yᵀ, where x are the transforms of the regressors. [unit]
     trends : ndarray, shape (n_bands, q, q)
         Sums of x·xᵀ. [1]
     samples : int
@@ -71,13 +70,13 @@ class Bands:
         return np.asarray(self.last / (2 * self.samples * self.tau0))
 
     def mean(self, density: Floats) -> Floats:
-        """Mean over the frequencies of each band of a function of k = 0 … N − 1, shape (N,)."""
+        """Mean of a density over the frequencies of each band; `density` has its values at k = 0 … N − 1, shape (N,)."""
         edges = np.stack([self.first, self.last + 1], axis=1).ravel()
         sums = np.add.reduceat(np.append(np.where(self.used, density, 0.0), 0.0), edges)[::2]
         return np.asarray(sums / self.count)
 
     def combined(self, matrix: Floats) -> Bands:
-        """The bands of linear combinations of the channels: the columns of `matrix`, shape (n, n_combined)."""
+        """The bands of linear combinations of the channels; `matrix` has their coefficients, shape (n, n_combined)."""
         return Bands(
             first=self.first,
             last=self.last,
@@ -110,10 +109,10 @@ def gather_bands(
     excluded: Sequence[tuple[float, float]] = (),
     highest: float | None = None,
 ) -> Bands:
-    """Transform channels, shape (n, N), and gather neighbouring frequencies.
+    """Transform channels, shape (n, N), and sum their products over bands of neighbouring frequencies.
 
-    `regressors`: curves of the mean, besides a constant and a ramp; `lines`: frequencies of lines, which are left
-    out; `excluded`: bands that are left out; `highest`: frequency above which no band is made. [Hz]
+    `regressors`: curves of the mean besides a constant and a ramp. The frequencies of `lines`, those in `excluded` bands
+    and those above `highest` are left out. [Hz]
     """
     n = samples.shape[1]
     time = (np.arange(n) + 0.5) / n - 0.5

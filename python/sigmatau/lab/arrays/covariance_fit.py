@@ -1,8 +1,8 @@
 """Maximum likelihood of covariance matrices by component, from the bands of several channels.
 
 y_k ~ N(0, S_k), S_k = Σ_t s_t(k)·C_t, C_t = Σ_p θ_tp·E_p. A constant and the regressors of the mean are eliminated by the
-restricted likelihood. The E_p are the elements of a symmetric matrix, which is positive semidefinite, or matrices with
-coefficients that are not negative.
+restricted likelihood. Either C_t is any positive semidefinite matrix and the E_p select its elements, or the E_p are given
+matrices and their coefficients are not negative.
 
 References
 ----------
@@ -24,17 +24,17 @@ from sigmatau.lab.arrays.cosine_bands import Bands
 _STEPS = 100  # largest number of steps; a dozen are usual
 # Increase of the log-likelihood below which the search ends. [1] Derived: changes an estimate by 0.014 standard errors.
 _TOLERANCE = 1e-4
-_FULL_STEP = 1e-2  # damping up to which a step is nearly that without damping [1]
-_ZERO = 1e-4  # ratio of a coefficient, or of an eigenvalue, to the mean below which it counts as 0 [1]
+_FULL_STEP = 1e-2  # damping below which a step is nearly undamped [1]
+_ZERO = 1e-4  # ratio of a coefficient or an eigenvalue to the mean, below which it counts as 0 [1]
 _NUDGE = 0.01  # share of the mean variance that is added to a component before a restart [1]
-_PROFILE_TOLERANCE = 1e-2  # the same in a profile, whose threshold is 3.8 [1]
-_RIDGE = 1e-9  # share of the trace that is added to a matrix before its root is taken again [1]
+_PROFILE_TOLERANCE = 1e-2  # tolerance of the log-likelihood in a profile, whose threshold is 3.8 [1]
+_RIDGE = 1e-9  # share of the trace that is added to a matrix before its Cholesky decomposition [1]
 _DAMPING = (1e-3, 1e8)  # first damping of a step, and the one at which the search ends [1]
 
 
 @frozen(eq=False)
 class Structure:
-    """The matrices of which each C_t is a sum.
+    """The matrices E_p, of which each C_t is a linear combination.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Structure:
 
 @frozen(eq=False)
 class CovarianceFit:
-    """Estimated coefficients θ, and what follows for their errors.
+    """Estimated coefficients θ with their covariance, and the state from which profiles start.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class CovarianceFit:
     densities : ndarray, shape (n_components, n_bands)
     bands : Bands
     residual : ndarray, shape (n_bands, n, n)
-        Sums of squares after the mean was eliminated, with their loss of expectation.
+        Sums of squares without the mean, corrected for the expectation that its estimation removes.
     log_likelihood : float
     problem : ScaledProblem
     root : ndarray, shape (n_components, n_roots)
@@ -106,7 +106,7 @@ def full_structure(n: int) -> Structure:
 
 
 def diagonal_structure(contrasts: Floats) -> Structure:
-    """Independent channels behind contrasts, the columns of a matrix of shape (n, n_contrasts)."""
+    """Structure of contrasts of independent channels; the contrasts are the columns of a matrix, shape (n, n_contrasts)."""
     return Structure(elements=np.einsum("ia,ib->iab", contrasts, contrasts), semidefinite=False)
 
 
@@ -143,12 +143,12 @@ class ScaledProblem:
 
     @property
     def constant(self) -> float:
-        """What the scaling adds to the log-likelihood of the channels in their unit."""
+        """Constant that converts the log-likelihood of the scaled channels to that of the channels."""
         frequencies = float(self.bands.count.sum()) - self.bands.trends.shape[1]
         return float(-frequencies * np.log(self.scale).sum())
 
     def maximise(self, root: Floats, fixed: int | None = None, tolerance: float = _TOLERANCE) -> tuple[Floats, _State]:
-        """Raise the likelihood from first roots to its maximum; the root with the index `fixed` does not change."""
+        """Maximise the likelihood, from the roots `root` on; the root with the index `fixed` does not change."""
         theta, jacobian = _expand_root(self.structure, root)
         state, damping = _evaluate(self, theta), _DAMPING[0]
         free = np.delete(np.arange(root.size), [] if fixed is None else fixed)
@@ -184,10 +184,10 @@ class ScaledProblem:
 
 
 def fit_covariance(bands: Bands, densities: Floats, structure: Structure, first: Floats) -> CovarianceFit:
-    """Maximise the restricted likelihood by scoring in the roots of the coefficients.
+    """Maximise the restricted likelihood by Fisher scoring in the roots of the coefficients.
 
-    `densities`: shape (n_components, samples); `first`: first variances, shape (n_components, n) for a full structure or
-    (n_components, n_parameters).
+    `densities`: shape (n_components, samples); `first`: variances from which the search starts, shape (n_components, n) for
+    a full structure, otherwise (n_components, n_parameters).
     """
     shapes = np.stack([bands.mean(density) for density in densities])
     size = np.mean(np.einsum("tb,ti->bi", shapes, first), axis=0)
@@ -202,14 +202,16 @@ def fit_covariance(bands: Bands, densities: Floats, structure: Structure, first:
     )
     values = first * weights[:, None] / (scale**2 if structure.semidefinite else scale[0] ** 2)
     root, state = problem.maximise(_first_root(structure, values))
-    if _has_zeros(structure, root):  # a root that has become 0 has no gradient, although its coefficient may have one
-        new_root, new_state = problem.maximise(_nudged(structure, root))
+    if _has_zeros(
+        structure, root
+    ):  # the gradient by a root that is 0 vanishes, even if that by its coefficient does not
+        new_root, new_state = problem.maximise(_without_zeros(structure, root))
         if new_state.log_likelihood > state.log_likelihood:
             root, state = new_root, new_state
-    back = problem.factors
+    factors = problem.factors
     return CovarianceFit(
-        theta=_expand_root(structure, root)[0] * back,
-        covariance=_inverse(_derivatives(problem, state)[1]) * np.outer(back.ravel(), back.ravel()),
+        theta=_expand_root(structure, root)[0] * factors,
+        covariance=_inverse(_derivatives(problem, state)[1]) * np.outer(factors.ravel(), factors.ravel()),
         structure=structure,
         densities=shapes,
         bands=bands,
@@ -222,17 +224,17 @@ def fit_covariance(bands: Bands, densities: Floats, structure: Structure, first:
 
 @frozen(eq=False)
 class _State:
-    """Restricted likelihood at one place, with what its derivatives need."""
+    """Restricted likelihood for some coefficients, and matrices from which its derivatives are computed."""
 
     log_likelihood: float
     inverse: Floats
     residual: Floats
-    lost: Floats
+    lost: Floats  # expectation of the sums of squares that the estimation of the mean removes
     spectra: Floats
 
 
 def _blocks(jacobian: Floats) -> Floats:
-    """Derivative of all coefficients: the blocks of the components on the diagonal."""
+    """Derivative of all coefficients by all roots: a block-diagonal matrix with a block for each component."""
     count, size, width = jacobian.shape
     block = np.zeros((count, size, count, width))
     block[np.arange(count), :, np.arange(count)] = jacobian
@@ -240,7 +242,7 @@ def _blocks(jacobian: Floats) -> Floats:
 
 
 def _first_root(structure: Structure, first: Floats) -> Floats:
-    """First roots: diagonal factors for matrices, square roots for coefficients."""
+    """Roots from which the search starts: diagonal factors for matrices, square roots for coefficients."""
     if not structure.semidefinite:
         return np.sqrt(first)
     rows, columns = np.tril_indices(first.shape[1])
@@ -258,8 +260,8 @@ def _has_zeros(structure: Structure, root: Floats) -> bool:
     return bool((values < _ZERO * values.mean(axis=1, keepdims=True)).any())
 
 
-def _nudged(structure: Structure, root: Floats) -> Floats:
-    """Roots of coefficients that are slightly larger, without zeros."""
+def _without_zeros(structure: Structure, root: Floats) -> Floats:
+    """Roots of slightly larger coefficients, none of which is 0."""
     theta, _ = _expand_root(structure, root)
     if not structure.semidefinite:
         return np.asarray(np.sqrt(theta + _NUDGE * theta.mean(axis=1, keepdims=True) + 1e-12))
@@ -271,7 +273,7 @@ def _nudged(structure: Structure, root: Floats) -> Floats:
 
 
 def _expand_root(structure: Structure, root: Floats) -> tuple[Floats, Floats]:
-    """Coefficients θ of roots, and the derivative of θ, shape (n_components, n_parameters, n_roots)."""
+    """Coefficients θ of some roots, and the derivative of θ, shape (n_components, n_parameters, n_roots)."""
     if not structure.semidefinite:
         return root**2, 2 * root[:, :, None] * np.eye(root.shape[1])
     n = structure.elements.shape[1]
@@ -286,9 +288,10 @@ def _expand_root(structure: Structure, root: Floats) -> tuple[Floats, Floats]:
 
 
 def _curvature(structure: Structure, score: Floats) -> Floats:
-    """Second derivative of minus the log-likelihood by the roots, as far as it comes from the squares of the roots.
+    """Part of the second derivative of -log L by the roots that comes from θ being quadratic in them.
 
-    Only its positive part: of coefficients that the likelihood lowers. Without it, steps towards 0 are much too long.
+    Only its positive part is used, which belongs to coefficients that the step reduces. Without it, steps towards 0 are
+    much too long.
     """
     count, width = score.shape
     if not structure.semidefinite:
@@ -364,11 +367,13 @@ class Profile:
         Index of a channel, for a full structure, or of a parameter.
     """
 
-    __slots__ = ("_fit", "_place", "_problem", "_root", "_t")
+    __slots__ = ("_fit", "_problem", "_root", "_root_index", "_t")
 
     def __init__(self, fit: CovarianceFit, t: int, p: int) -> None:
-        problem, root, place = fit.problem, fit.root, p
-        if fit.structure.semidefinite:  # the channel is first, so that its variance is the square of one root
+        problem, root, root_index = fit.problem, fit.root, p
+        if (
+            fit.structure.semidefinite
+        ):  # the channel is moved to the first place, so that its variance is the square of a single root
             n = len(problem.scale)
             order = np.array([p, *(k for k in range(n) if k != p)])
             rows, columns = np.tril_indices(n)
@@ -377,14 +382,16 @@ class Profile:
             matrices = matrices + _RIDGE * np.eye(n) * np.einsum("tii->t", matrices)[:, None, None]
             root = np.linalg.cholesky(matrices)[:, rows, columns]
             problem = replace(problem, bands=problem.bands.combined(np.eye(n)[:, order]), scale=problem.scale[order])
-            place = 0
-        self._fit, self._t, self._problem, self._root, self._place = fit, t, problem, root, place
+            root_index = 0
+        self._fit, self._t, self._problem, self._root, self._root_index = fit, t, problem, root, root_index
 
     def loss(self, variance: float) -> float:
-        """Twice the loss of log-likelihood at a value of the variance."""
+        """Twice the decrease of the log-likelihood if the variance has this value."""
         start = self._root.copy()
-        start[self._t, self._place] = np.sqrt(max(variance, 0.0) / self._problem.factors[self._t, self._place])
-        fixed = self._t * start.shape[1] + self._place
+        start[self._t, self._root_index] = np.sqrt(
+            max(variance, 0.0) / self._problem.factors[self._t, self._root_index]
+        )
+        fixed = self._t * start.shape[1] + self._root_index
         root, state = self._problem.maximise(start, fixed=fixed, tolerance=_PROFILE_TOLERANCE)
         if variance > 0:
             self._root = root

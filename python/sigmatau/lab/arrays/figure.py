@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sigmatau.lab.arrays.result import ArrayAnalysis
 
 _MOST_PAIRS = 6  # largest number of pairs that have a colour and a line in the legend
-_LEAST_FREEDOM = 4.0  # degrees of freedom from which a correlation is drawn; below, its interval is nearly −1 to 1
+_LEAST_FREEDOM = 4.0  # degrees of freedom above which a correlation is drawn; below, its interval is nearly −1 to 1
 _GREY = "#9aa3ad"
 
 
@@ -29,8 +29,8 @@ def draw_array(array: ArrayAnalysis, *, ax: Any = None) -> Figure:  # noqa: ANN4
     unit = display_units("bias_instability", array.quantity, array.unit)[0][0]
     label_axes(curves, "averaging time τ [s]", f"Allan deviation σ(τ) [{unit}]")
     label_axes(pairs, "averaging time τ [s]", "correlation of Allan differences")
-    for place in (curves, pairs):
-        legend(place)
+    for panel in (curves, pairs):
+        legend(panel)
     return parent_figure(curves)
 
 
@@ -55,7 +55,7 @@ def _draw_deviations(array: ArrayAnalysis, ax: Any) -> None:  # noqa: ANN401
 
 
 def _draw_hat(array: ArrayAnalysis, ax: Any, factor: float) -> None:  # noqa: ANN401
-    """Draw the deviations of the sensors by the hat, with limits where a variance is not significant."""
+    """Draw the deviations by the hat; triangles are upper limits of deviations that are not significant."""
     values = [value for curve in array.hat for value in (*curve.adev, *curve.upper_limit) if np.isfinite(value)]
     low, high = 0.5 * min(values) / factor, 2 * max(values) / factor
     for curve, colour in zip(array.hat, _colours(len(array.hat)), strict=True):

@@ -1,4 +1,4 @@
-"""The virtual sensor of a fitted array: target, weights, prediction, and its check on both halves of the record."""
+"""The virtual sensor of a fitted array: target, weights, predicted noise, and a check by the second half of the record."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from sigmatau.lab.arrays.virtual_sensor import (
 from sigmatau.lab.arrays.weights import estimate_weights
 from sigmatau.results import seconds
 
-_LEAST_HALF = 2048  # smallest number of samples of a half whose curve is compared
+_LEAST_HALF = 2048  # smallest number of samples of half a record for the check
 
 
 def _amounts(target: str | float, components: Sequence[Component], tau0: float, samples: int) -> tuple[Floats, str]:
-    """Amount of each component in the target, and the target in words."""
+    """Factors of the components whose sum the weights minimise, and the target in words."""
     if isinstance(target, str):
         amounts = np.array([float(component.name == target) for component in components])
         if not amounts.any():
@@ -50,12 +50,12 @@ class FittedArray:
     Attributes
     ----------
     samples : ndarray, shape (n, N)
-        Without means, lines and drifts. [unit]
+        Samples without means, lines and drifts. [unit]
     tau0 : float
         [s]
     components : tuple of Component
     first : ndarray, shape (n_components, n)
-        First variances of a fit.
+        Variances from which a fit starts.
     conditions : Conditions
     fit : CovarianceFit
     widening : float
@@ -76,7 +76,7 @@ class FittedArray:
 
     @property
     def cluster_sizes(self) -> np.ndarray:
-        """Octaves of averaging times up to a quarter of the record, without those that the fit left out. [samples]"""
+        """Averaging times in octaves up to a quarter of the record, except those of left-out frequencies. [samples]"""
         m = 2 ** np.arange(int(np.log2(self.samples.shape[1] // 4)) + 1)
         highest = self.conditions.highest
         return m if highest is None else m[m * self.tau0 > 0.5 / highest]
@@ -85,10 +85,10 @@ class FittedArray:
 def make_virtual(
     array: FittedArray, target: str | float, *, channel: str, quantity: str, unit: str, units: Sequence[str]
 ) -> VirtualSensor | None:
-    """Weights for a target, predicted noise, and its comparison with the samples.
+    """Estimate the weights for a target, predict the noise, and compare it with the samples.
 
-    None if the record determines the covariance of the target too weakly. Raises `OptionError` for a target that the record
-    does not have.
+    None if the record determines the covariance of the target too weakly. Raises `OptionError` for a term that no sensor
+    shows, or an averaging time outside the record.
     """
     components, tau0, level, widening = array.components, array.tau0, array.level, array.widening
     amounts, words = _amounts(target, components, tau0, array.samples.shape[1])
@@ -100,7 +100,7 @@ def make_virtual(
     curve = predict_deviation(
         matrices, components, w, array.samples, tau0, m, factors=weights.factors, widening=widening, level=level
     )
-    squares = np.mean(matrices.matrices, axis=(1, 2))  # of equal weights, 1/n each
+    squares = np.mean(matrices.matrices, axis=(1, 2))  # variances of the components in the equal-weight mean
     return VirtualSensor(
         channel=channel,
         quantity=quantity,
@@ -122,7 +122,7 @@ def make_virtual(
 
 
 def _second_half(array: FittedArray, amounts: Floats) -> PredictedDeviation | None:
-    """Predict the second half of the record from the first alone; None if a half is too short."""
+    """Compare the second half of the record with the prediction from the first; None if a half is too short."""
     middle = array.samples.shape[1] // 2
     if middle < _LEAST_HALF:
         return None
@@ -152,7 +152,7 @@ def _second_half(array: FittedArray, amounts: Floats) -> PredictedDeviation | No
 
 
 def _sensor_fit(fit: CovarianceFit) -> CovarianceFit:
-    """The fit with matrices of the sensors in place of those of their contrasts."""
+    """Replace the structure of contrasts in a fit by that of the sensors, whose variances it has."""
     if fit.structure.semidefinite:
         return fit
     return replace(fit, structure=diagonal_structure(np.eye(len(fit.structure.elements))))

@@ -19,10 +19,11 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.arrays.covariance_fit import CovarianceFit
 from sigmatau.results import plain
 
-# P-value of all ranges below which the model does not fit and intervals are widened. Judgement: that of fits of a channel.
+# P-value of all ranges together, below which the model does not fit and intervals are widened. [1] Judgement: as in fits of
+# a channel.
 _MISFIT = 0.01
 _RATIO = 1.26  # smallest ratio of the ends of a range. [1] Judgement: a third of an octave
-_LEAST_FREQUENCIES = 4  # smallest number of frequencies of a range per channel; the correction holds from there on
+_LEAST_FREQUENCIES = 4  # smallest number of frequencies of a range per channel, for which the correction holds
 
 
 @frozen
@@ -49,7 +50,7 @@ class Goodness:
     Attributes
     ----------
     p_value : float
-        Of all ranges together. [1]
+        P-value of all ranges together. [1]
     widening : float
         Factor on the standard errors: 1 if the model fits.
     ranges : tuple of RangeTest

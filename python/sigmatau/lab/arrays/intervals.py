@@ -18,11 +18,11 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.arrays.covariance_fit import CovarianceFit, Profile
 from sigmatau.results import plain
 
-# Degrees of freedom below which the interval of a variance is that of the profile of the likelihood, for matrices and for
-# hats, whose variances are differences and have no distribution of χ². Study: arrays.md.
-_ENOUGH, _ENOUGH_OF_HAT = 30.0, 300.0
-_HALVINGS = 40  # steps of a search for the end of a profile; 10 are usual
-_CLOSE = 0.02  # relative error of the root of the loss at the end of a profile. [1] Judgement: below what is printed
+# Degrees of freedom above which the interval of a variance is that of χ²; below, it is read off the profile of the
+# likelihood. Hats need more, because their variances are differences and do not follow χ². [1] Study: arrays.md.
+_CHI2_FREEDOM, _CHI2_FREEDOM_OF_HATS = 30.0, 300.0
+_SEARCH_STEPS = 40  # largest number of steps of a search for the end of a profile; 10 are usual
+_TOLERANCE = 0.02  # relative error of √loss at the end of a profile. [1] Judgement: below the printed digits
 
 
 @frozen
@@ -53,7 +53,7 @@ class Estimate:
         return self.value is not None
 
     def to_dict(self) -> dict[str, object]:
-        """Plain values in SI; what is not known is omitted."""
+        """Plain values in SI; unknown values are omitted."""
         content = plain(self, "value low high upper_limit")
         return {key: number for key, number in content.items() if number is not None} | {"unit": self.unit}
 
@@ -76,7 +76,7 @@ def correlation_interval(correlation: ArrayLike, freedom: ArrayLike, level: floa
     nu = np.asarray(freedom, dtype=float) - 1
     enough = np.maximum(nu, 1.0)
     t = student_quantile(enough, 0.5 + level / 2) / np.sqrt(enough)
-    root = t + np.sqrt(1 + t**2)  # of the quantile of F with ν and ν degrees of freedom
+    root = t + np.sqrt(1 + t**2)  # root of the quantile of F with ν and ν degrees of freedom
     with np.errstate(divide="ignore"):
         ratio = np.sqrt((1 + r) / (1 - r))
     low, high = (1 - 2 / (1 + (ratio * factor) ** 2) for factor in (1 / root, root))
@@ -86,22 +86,22 @@ def correlation_interval(correlation: ArrayLike, freedom: ArrayLike, level: floa
 def difference_interval(
     first: Floats, first_interval: tuple[Floats, Floats], second: Floats, second_interval: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
-    """Interval of the difference of two independent variances from theirs; G. Y. Zou, :doi:`10.1002/sim.3095`."""
+    """Interval of the difference of two independent variances, from their intervals; G. Y. Zou, :doi:`10.1002/sim.3095`."""
     below = np.sqrt((first - first_interval[0]) ** 2 + (second_interval[1] - second) ** 2)
     above = np.sqrt((first_interval[1] - first) ** 2 + (second - second_interval[0]) ** 2)
     return first - second - below, first - second + above
 
 
 def variance_estimate(fit: CovarianceFit, t: int, p: int, *, level: float, widening: float, unit: str) -> Estimate:
-    """The coefficient, the root of a variance of a component, with its interval; or its limit.
+    """The coefficient of a component, which is the root of its variance, with its interval; or its upper limit.
 
     `p`: index of a channel, or of a parameter of a structure without matrices. `widening`: factor on standard errors.
     """
-    index = p * (p + 3) // 2 if fit.structure.semidefinite else p  # of the diagonal in the lower triangle
+    index = p * (p + 3) // 2 if fit.structure.semidefinite else p  # place of the diagonal element in the lower triangle
     value = float(fit.theta[t, index])
     error = widening * math.sqrt(max(float(fit.component_covariance(t)[index, index]), 0.0))
     nu = satterthwaite(value, error)
-    if nu > (_ENOUGH if fit.structure.semidefinite else _ENOUGH_OF_HAT):
+    if nu > (_CHI2_FREEDOM if fit.structure.semidefinite else _CHI2_FREEDOM_OF_HATS):
         ends = [float(end) for end in variance_interval(value, nu, level)]
         return Estimate(value=math.sqrt(value), low=math.sqrt(ends[0]), high=math.sqrt(ends[1]), unit=unit)
 
@@ -120,21 +120,24 @@ def variance_estimate(fit: CovarianceFit, t: int, p: int, *, level: float, widen
 
 
 def _crossing(loss: Callable[[float], float], start: float, guess: float, threshold: float) -> float:
-    """The value beyond `guess` or before it at which the loss reaches a threshold, by the secant of its root."""
+    """Search from `start` in the direction of `guess` for the value at which the loss reaches a threshold.
+
+    The secant method is applied to √loss, which is nearly linear.
+    """
     target = math.sqrt(threshold)
     inner, inner_root = start, 0.0
     outer, outer_root = guess, 0.0
-    for _ in range(_HALVINGS):
+    for _ in range(_SEARCH_STEPS):
         outer_root = math.sqrt(max(loss(outer), 0.0))
         if outer_root >= target:
             break
         inner, inner_root = outer, outer_root
         outer = outer + 1.5 * abs(outer - start) if guess > start else 0.5 * outer
-    for _ in range(_HALVINGS):
+    for _ in range(_SEARCH_STEPS):
         share = (target - inner_root) / max(outer_root - inner_root, 1e-12)
         new = inner + min(max(share, 0.02), 0.98) * (outer - inner)
         root = math.sqrt(max(loss(new), 0.0))
-        if abs(root - target) < _CLOSE * target:
+        if abs(root - target) < _TOLERANCE * target:
             return new
         if root < target:
             inner, inner_root = new, root
@@ -150,15 +153,15 @@ class Correlation(Estimate):
     Attributes
     ----------
     value : float or None
-        None if the component is too weak in one of them to tell. [1]
+        None if the component is too weak in either sensor. [1]
     low, high : float or None
         Its interval. [1]
     upper_limit : float or None
-        1 without a value. [1]
+        1 if there is no value. [1]
     unit : str
         ``"1"``
     p_value : float or None
-        Probability of a correlation as large as this of independent sensors. [1]
+        Probability that independent sensors show a correlation of this size or larger. [1]
     correlated : bool
         Whether it is significant among all pairs and components of the array (Holm, 5 %).
     """
@@ -167,7 +170,7 @@ class Correlation(Estimate):
     correlated: bool = False
 
     def to_dict(self) -> dict[str, object]:
-        """Plain values; what is not known is omitted."""
+        """Plain values; unknown values are omitted."""
         extra = {} if self.p_value is None else {"p_value": self.p_value}
         return {**Estimate.to_dict(self), **extra, "correlated": self.correlated}
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels, Style
 
-_LARGEST_CORRELATION = 0.999  # of a model that is written: filters need a positive definite covariance [1]
+_LARGEST_CORRELATION = 0.999  # largest correlation in `model`: filters need a positive definite covariance [1]
 
 
 @frozen(eq=False)
@@ -41,9 +41,9 @@ class ArrayAnalysis(Tabular):
         File of each channel, if they are from several logs.
     quantity, unit : str
     samples : int
-        Rows that were used.
+        Number of rows that were used.
     filled : int
-        Rows among them in which a sensor had no usable sample, and which were filled.
+        Number of them that were filled, because a sensor had no usable sample.
     tau0 : float
         Sample interval. [s]
     common : bool
@@ -55,10 +55,9 @@ class ArrayAnalysis(Tabular):
     coefficients : mapping of str to mapping of str to Estimate
         Coefficients by component and channel. [SI]
     correlations : mapping of str to mapping of (str, str) to Correlation
-        Correlation of each pair of channels, by component; an estimate without a value is not observable. Empty with
-        `common`.
+        Correlation of each pair of channels, by component; one without a value is not observable. Empty with `common`.
     covariances : tuple of AllanCovariance
-        Allan covariance of each pair of channels, with the common disturbance in it.
+        Allan covariance of each pair of channels, including the common disturbance.
     hat : tuple of HatCurve
         Allan deviations by the N-cornered hat; empty without `common`.
     goodness : Goodness
@@ -111,7 +110,7 @@ class ArrayAnalysis(Tabular):
 
     @property
     def model(self) -> NoiseModel:
-        """Noise model of the sensors, with the correlations that are significant, for filters that take them."""
+        """Noise model of the sensors with their significant correlations, for filters that support correlation."""
         channels = {name: self._channel_model(name) for name in self.names}
         correlation: dict[str, dict[tuple[str, str], float]] = {}
         for term in NOISE:

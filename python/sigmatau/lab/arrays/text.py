@@ -14,7 +14,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import aligned, duration_text, lines_text, seconds, wrapped
 
 _SENSORS = {"angular_rate": "gyros", "acceleration": "accelerometers"}
-# largest numbers of pairs that are printed for a component: without, and with significant correlation
+# largest number of pairs that are printed for a component, and of pairs with a significant correlation
 _MOST_PAIRS, _MOST_CORRELATED = 6, 15
 
 

@@ -1,4 +1,4 @@
-"""Weights of a virtual sensor: the combination of sensors, with sum 1, that has the least noise of a kind.
+"""Weights of a virtual sensor: the linear combination of sensors, with sum 1, whose noise of some kind is smallest.
 
 References
 ----------
@@ -20,12 +20,12 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.arrays.covariance_fit import CovarianceFit
 from sigmatau.lab.arrays.intervals import Estimate, satterthwaite
 
-# Degrees of freedom above n for which weights are estimated. [1] Derived: below, the error of the weights more than doubles
+# Degrees of freedom, beyond the number of sensors, that weights need. [1] Derived: with fewer, their error more than doubles
 # the variance of the virtual sensor.
-_SPARE = 3.0
+_LEAST_SPARE = 3.0
 # P-value below which weights are better than equal ones. [1] Judgement: the usual level.
 _SIGNIFICANT = 0.05
-_STEPS = 200  # of the sum for the F distribution
+_STEPS = 200  # number of terms of the sum for the F distribution
 
 
 @frozen(eq=False)
@@ -37,16 +37,16 @@ class Weights:
     values : tuple of Estimate
         One per channel; their sum is 1.
     freedom : float
-        Degrees of freedom of the covariance that they minimise.
+        Degrees of freedom of the variance that they minimise.
     factors : ndarray, shape (n_components,)
-        Factors on the variances w'·C_t·w of the components for the error of the weights: the estimates are too small,
-        because the weights are adapted to their errors.
+        Factors that correct the variances w'·C_t·w of the components for the error of the weights: without them they are
+        too small, because the weights are fitted to the errors of the C_t.
     gain : Estimate
-        Deviation of the best sensor over that of the virtual sensor.
+        Deviation of the best sensor, divided by that of the virtual sensor.
     best : int
         Index of the best sensor.
     gain_over_equal : Estimate
-        Deviation of the equal-weight mean over that of the virtual sensor.
+        Deviation of the equal-weight mean, divided by that of the virtual sensor.
     p_equal : float
         P-value of the hypothesis that equal weights are optimal.
     """
@@ -89,9 +89,9 @@ def optimal_vector(matrix: Floats) -> Floats:
 def estimate_weights(
     fit: CovarianceFit, amounts: Sequence[float] | Floats, *, level: float, widening: float
 ) -> Weights | None:
-    """Weights for the sum of components, each times an amount, with intervals; None if it is determined too weakly.
+    """Weights that minimise Σ_t amounts_t·w'·C_t·w, with intervals; None if the record determines it too weakly.
 
-    The error of weights is that of the coefficients of a regression: their variance grows by ν/(ν − n + 1), and they have
+    Weights are like coefficients of a regression: the error of C enlarges their variance by ν/(ν − n + 1), and they follow
     Student's distribution.
     """
     elements = fit.structure.elements
@@ -106,17 +106,18 @@ def estimate_weights(
     projector = inverse - np.outer(inverse.sum(axis=1), inverse.sum(axis=1)) / inverse.sum()
     slope = np.einsum("i,pij,j->p", w, basis, w)
     nu = satterthwaite(minimum, math.sqrt(float(slope @ covariance @ slope)))
-    if nu < n + _SPARE:
+    if nu < n + _LEAST_SPARE:
         return None
     jacobian = -np.einsum("ia,pab,b->ip", projector, basis, w)
-    spread = nu - n + 1
-    error = np.sqrt(np.maximum(np.einsum("ip,pq,iq->i", jacobian, covariance, jacobian), 0.0) * nu / spread)
-    quantile = float(student_quantile(spread, 0.5 + level / 2))
+    freedom = nu - n + 1
+    error = np.sqrt(np.maximum(np.einsum("ip,pq,iq->i", jacobian, covariance, jacobian), 0.0) * nu / freedom)
+    quantile = float(student_quantile(freedom, 0.5 + level / 2))
     values = tuple(
         Estimate(value=float(x), low=float(x - quantile * e), high=float(x + quantile * e))
         for x, e in zip(w, error, strict=True)
     )
-    loss = nu / spread * (nu - 1) / (nu - n)  # of the sum: of the estimate, and of the weights
+    # factor on the minimum: the estimate is too small, and the true variance with estimated weights is larger
+    loss = nu / freedom * (nu - 1) / (nu - n)
     factors = _factors(fit, basis, widening, np.asarray(amounts, dtype=float), w, projector, loss)
     best = int(np.argmin(np.diag(matrix)))
     equal = np.full(n, 1 / n)
@@ -129,14 +130,14 @@ def estimate_weights(
         gain=_gain(single, w, matrix, basis, covariance, loss, level),
         best=best,
         gain_over_equal=_gain(equal, w, matrix, basis, covariance, loss, level),
-        p_equal=_f_above(ratio * spread / (n - 1), n - 1, spread),
+        p_equal=_f_above(ratio * freedom / (n - 1), n - 1, freedom),
     )
 
 
 def _factors(
     fit: CovarianceFit, basis: Floats, widening: float, amounts: Floats, w: Floats, projector: Floats, loss: float
 ) -> Floats:
-    """Factors on the variances of the components, so that their sum has the factor `loss`.
+    """Distribute the factor `loss` on the sum over the variances of the components.
 
     The errors dC of the matrices change the weights by −P·dC·w, so that the expectation of w'·dC_t·w is lowered by
     2·E[w'·dC_t·P·dC·w].
@@ -152,7 +153,7 @@ def _factors(
 
 
 def _matrices(fit: CovarianceFit) -> Floats:
-    """Matrices of the channels, not of their contrasts: shape (n_parameters, n, n)."""
+    """Matrices E_p for the channels, also if the fit is one of contrasts; shape (n_parameters, n, n)."""
     if fit.structure.semidefinite:
         return fit.structure.elements
     n = len(fit.structure.elements)
@@ -162,7 +163,7 @@ def _matrices(fit: CovarianceFit) -> Floats:
 def _gain(
     reference: Floats, w: Floats, matrix: Floats, basis: Floats, covariance: Floats, loss: float, level: float
 ) -> Estimate:
-    """Ratio of the deviations of a combination and of the virtual sensor, with its interval on a logarithmic scale."""
+    """Deviation of another combination, divided by that of the virtual sensor, with an interval by logarithms."""
     sizes = [float(each @ matrix @ each) for each in (reference, w)]
     slopes = [
         np.einsum("i,pij,j->p", each, basis, each) / size for each, size in zip((reference, w), sizes, strict=True)
@@ -175,7 +176,7 @@ def _gain(
 
 
 def _f_above(value: float, first: float, second: float) -> float:
-    """Probability that F with these degrees of freedom exceeds a value: the mean over χ² of the denominator."""
+    """Probability that F with these degrees of freedom exceeds a value, as a mean over the χ² of the denominator."""
     from sigmatau._native.distributions import chi2_above, gamma_quantile
 
     if not math.isfinite(second) or second > 1e6:

@@ -2,7 +2,7 @@
 
 A density may be one-sided (√2 times N) or two-sided (N); an "in-run bias stability" may be the minimum of the Allan
 deviation or the coefficient B, 1/0.664 of a plateau. A number whose convention is not stated has two meanings, and the
-status is decided only if both meanings agree.
+status is decided only if both meanings lead to the same one.
 
 A file is TOML in which each value has a unit and a stated convention.
 
@@ -50,7 +50,7 @@ from sigmatau.units import find
 Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 
-MINIMUM = "minimum"  # name of the minimum of the Allan deviation in `Meaning.of`; other names are terms
+MINIMUM = "minimum"  # value of `Meaning.of` for the minimum of the Allan deviation; other values are terms
 MEANS = "bias_stability"
 KEYS = {"noise_density": "random_walk", **{term: term for term in RANKED}, MEANS: MEANS}
 """Keys of a datasheet and their terms. A bias stability, the standard deviation of means, depends on all terms."""
@@ -203,7 +203,7 @@ class Claim:
 
 
 def _unit_term(key: str) -> str:
-    """Term with the unit of the values of a key."""
+    """Term whose unit the values of a key have."""
     return "bias_instability" if key == MEANS else KEYS[key]
 
 
@@ -227,7 +227,7 @@ _LISTS = ("full_scale", "bandwidth", "output_rate", "beside_noise")
 
 
 def parsed(path: Path) -> dict[str, Any]:
-    """Read the tables of a file. Raises `DataError` with the name of the file."""
+    """Parse the TOML of a file. Raises `DataError` with the name of the file."""
     try:
         with path.open("rb") as file:
             raw = file.read(_LARGEST_FILE + 1)
@@ -243,7 +243,7 @@ def parsed(path: Path) -> dict[str, Any]:
 
 
 def parse_texts(content: Mapping[str, Any]) -> dict[str, str]:
-    """Text fields: name, maker, source and others."""
+    """Parse the text fields: name, maker, source and others. Raises `DataError` for an unknown or a missing key."""
     unknown = next((key for key in content if key not in TEXTS and key not in SENSORS), None)
     if unknown is not None:
         raise DataError(f"unknown key {unknown!r}; a datasheet has {', '.join(TEXTS)} and [{'], ['.join(SENSORS)}]")
@@ -270,7 +270,7 @@ def parse_claims(content: Mapping[str, Any]) -> tuple[Claim, ...]:
 
 
 def parse_data(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]:
-    """Other specifications by sensor, as text: full scale, bandwidth, output rates, biases."""
+    """Parse other specifications by sensor, as text: full scale, bandwidth, output rates, biases."""
     data: dict[str, dict[str, tuple[str, ...]]] = {}
     for sensor in SENSORS:
         table = _table(content, sensor)
@@ -285,7 +285,7 @@ def parse_data(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...
 
 
 def parse_axes(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
-    """The axes of a unit by sensor, if stated."""
+    """Parse the axes of a unit by sensor, if the file states them."""
     axes_by_sensor = {}
     for sensor in QUANTITIES:
         axes = _table(content, sensor).get("axes")
@@ -293,9 +293,9 @@ def parse_axes(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
             continue
         if not isinstance(axes, list) or not axes or any(axis not in AXES for axis in axes) or len({*axes}) < len(axes):
             raise DataError(f'{sensor}: axes = {axes!r}; list the axes of a unit, axes = ["x", "y", "z"]')
-        contrary = next((axis for axis in AXES if axis not in axes and f"{sensor}_{axis}" in content), None)
-        if contrary is not None:
-            raise DataError(f"{sensor}: axes = {axes!r} contradicts [{sensor}_{contrary}]")
+        contradiction = next((axis for axis in AXES if axis not in axes and f"{sensor}_{axis}" in content), None)
+        if contradiction is not None:
+            raise DataError(f"{sensor}: axes = {axes!r} contradicts [{sensor}_{contradiction}]")
         axes_by_sensor[sensor] = tuple(axis for axis in AXES if axis in axes)
     return axes_by_sensor
 
@@ -309,12 +309,12 @@ def _table(content: Mapping[str, Any], sensor: str) -> Mapping[str, Any]:
 
 def _claim(sensor: str, key: str, table: object) -> Claim:
     no_convention: tuple[str, tuple[str, ...], str] = ("", (), "")
-    where, choices, why = _CONVENTIONS.get(key, no_convention)
-    third = ', average = "10 s"' if key == MEANS else f', {where} = "{choices[0]}"' if where else ""
+    convention_key, choices, why = _CONVENTIONS.get(key, no_convention)
+    third = ', average = "10 s"' if key == MEANS else f', {convention_key} = "{choices[0]}"' if convention_key else ""
     example = f'{key} = {{ typical = "…", maximum = "…"{third} }}'
     if not isinstance(table, Mapping):
         raise DataError(f"{sensor}: {key} = {table!r}; write e.g. {example}")
-    allowed = ("typical", "one_sigma", "maximum", "note", where, *(("average",) if key == MEANS else ()))
+    allowed = ("typical", "one_sigma", "maximum", "note", convention_key, *(("average",) if key == MEANS else ()))
     unknown = next((k for k in table if k not in allowed), None)
     if unknown is not None:
         raise DataError(f"{sensor}: {key}: unknown key {unknown!r}; write e.g. {example}")
@@ -324,11 +324,11 @@ def _claim(sensor: str, key: str, table: object) -> Claim:
     if usual not in table and "maximum" not in table:
         raise DataError(f"{sensor}: {key} has neither typical nor maximum; write e.g. {example}")
     convention = ""
-    if where:
-        convention = table.get(where, "")
+    if convention_key:
+        convention = table.get(convention_key, "")
         if convention not in choices:
-            listed = ", ".join(f'{where} = "{choice}"' for choice in choices)
-            got = f"; got {table[where]!r}" if where in table else ""
+            listed = ", ".join(f'{convention_key} = "{choice}"' for choice in choices)
+            got = f"; got {table[convention_key]!r}" if convention_key in table else ""
             raise DataError(f"{sensor}: {key} needs one of {listed}, because {why}{got}; write e.g. {example}")
     si = coefficient_unit(_unit_term(key), *QUANTITIES[sensor.partition("_")[0]])
     values = {k: _value(sensor, key, k, table[k], si) for k in (usual, "maximum") if k in table}
@@ -354,10 +354,10 @@ def _average(sensor: str, text: object) -> float:
     if text is None:
         raise DataError(f"{sensor}: {MEANS} needs {choices}: the standard deviation of means depends on it")
     value = _value(sensor, MEANS, "average", text, "s")
-    average_ = next((average for average in AVERAGES if math.isclose(value, average, rel_tol=1e-6)), None)
-    if average_ is None:
+    matching = next((average for average in AVERAGES if math.isclose(value, average, rel_tol=1e-6)), None)
+    if matching is None:
         raise DataError(f"{sensor}: {MEANS}: average = {text!r}; an analysis has {choices}")
-    return average_
+    return matching
 
 
 def _value(sensor: str, key: str, which: str, text: object, si: str) -> float:

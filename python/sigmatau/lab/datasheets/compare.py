@@ -31,7 +31,7 @@ from sigmatau.model import LARGEST
 from sigmatau.record import stream_name
 
 _EQUAL = 1e-9  # largest relative difference of equal numbers without errors
-_MOST_SIGMAS = 1e6  # distance in standard errors for an interval without width
+_MOST_SIGMAS = 1e6  # largest distance in standard errors; that of an interval without width
 
 
 class Fitted(Protocol):
@@ -106,7 +106,7 @@ def compare_with(
     check_options(level=level, factor=factor, sided=sided, bias=bias)
     sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)
     models, without, means = _models(result)
-    judged, unsaid = [], []
+    judged, unspecified = [], []
     for channel, model in models.items():
         claims = sheet.of(channel)
         for claim in claims:
@@ -117,13 +117,15 @@ def compare_with(
             status, doubt = _status(readings) if model.adequate else ("undecided", _model_doubt(model))
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, doubt=doubt))
         stated_terms = {claim.term for claim in claims}
-        unsaid += [(channel, term) for term in model.terms if term not in stated_terms and term not in model.limits]
+        unspecified += [
+            (channel, term) for term in model.terms if term not in stated_terms and term not in model.limits
+        ]
     absent = _absent(sheet, [*models, *without])
     return Verdict(
         unit=unit,
         datasheet=sheet.name,
         judged=tuple(judged),
-        unsaid=tuple(unsaid),
+        unsaid=tuple(unspecified),
         missing=(*(name for name in without if sheet.of(name)), *absent),
         absent=absent,
         level=level,
@@ -165,7 +167,7 @@ def _models(result: NoiseModel | Fitted) -> tuple[dict[str, ChannelModel], list[
         return dict(result.channels), [], {}
     fits: Mapping[str, NoiseFit] | None = getattr(result, "fits", None)
     if fits is None:
-        hint = "; Analysis.from_dict(content) is one of its JSON" if isinstance(result, Mapping) else ""
+        hint = "; read its JSON with Analysis.from_dict(content)" if isinstance(result, Mapping) else ""
         raise DataError(f"{type(result).__name__} is not a result: give an Analysis or a NoiseModel{hint}")
     if not fits and (reason := getattr(result, "reason_without_fits", "")):
         raise DataError(reason)
@@ -211,9 +213,9 @@ def _compared(
         return LimitComparison(limit=limit, side="undecided")
     if value.value is None:
         # A limit at a level of 95 % does not decide at 99 %.
-        shows = level <= value.level
-        below = shows and value.upper_limit is not None and value.upper_limit < limit
-        above = shows and value.lower_limit is not None and value.lower_limit > limit * (1 + _EQUAL)
+        decides = level <= value.level
+        below = decides and value.upper_limit is not None and value.upper_limit < limit
+        above = decides and value.lower_limit is not None and value.lower_limit > limit * (1 + _EQUAL)
         return LimitComparison(limit=limit, side="above" if above else "below" if below else "undecided")
     if value.low is None or value.high is None:
         if math.isclose(value.value, limit, rel_tol=_EQUAL):

@@ -1,7 +1,7 @@
 """Decisions whether a measured value meets a maximum, by a named rule, with the risks of the consumer and the producer.
 
-The measured value has the likelihood of a normal distribution in its logarithm, because a coefficient is a scale parameter;
-the two sides of an interval have standard uncertainties of their own. With a flat prior, the probability that the true
+The likelihood of the logarithm of a value is that of a normal distribution, because a coefficient is a scale parameter; its
+standard uncertainty differs on the two sides of the interval. With a flat prior, the probability that the true
 value is above the maximum is the specific consumer's risk of acceptance, and its complement the specific producer's risk of
 rejection (JCGM 106:2012, sections 7 and 9.3).
 """
@@ -46,7 +46,7 @@ class LimitDecision:
     value : float or None
         None if it was not observed. [unit]
     low, high : float or None
-        Its 95 % interval; of a value that was not observed, `high` is its upper limit. [unit]
+        95 % interval of the value; if it was not observed, `high` is its upper limit. [unit]
     maximum : float
         [unit]
     unit : str
@@ -121,16 +121,16 @@ def decide(measured: Measured, maximum: float, rule: Rule) -> tuple[Outcome, flo
     risk = risk_above(value, low, high, maximum, level=measured.level)
     if rule == "simple acceptance":
         return ("conforms" if value <= maximum else "does not conform"), risk, False
-    # The guard band is U at 95 % whatever the level of the interval: a risk of 2.5 % on each side.
+    # The guard band is U at 95 %, whatever the level of the interval: the limit of the risk is 2.5 % on each side.
     outcome: Outcome = "conforms" if risk <= _TAIL else "does not conform" if risk >= 1 - _TAIL else "not decided"
     return outcome, risk, False
 
 
-_TAIL = 0.025 + 1e-9  # probability beyond one end of a 95 % interval, with rounding
+_TAIL = 0.025 + 1e-9  # probability beyond an end of a 95 % interval, plus rounding errors
 
 
 def decisions(verdict: Verdict, rule: Rule) -> list[LimitDecision]:
-    """Decisions about all maxima of a comparison with a specification; one for each meaning of a claim."""
+    """Decide on all maxima of a comparison with a specification: one decision for each meaning of a claim."""
     results = []
     for judged in verdict.judged:
         text, unit = judged.claim.display()
@@ -140,7 +140,7 @@ def decisions(verdict: Verdict, rule: Rule) -> list[LimitDecision]:
             measured, size = reading.measured, unit * reading.meaning.factor
             outcome, risk, at_most = decide(measured, reading.maximum.limit, rule)
             if judged.doubt is not None and judged.doubt.kind in ("not_adequate", "only_limits"):
-                outcome, risk = "not decided", None  # without a model that fits, the uncertainty is not known
+                outcome, risk = "not decided", None  # no model fits, so that the uncertainty is unknown
             high = measured.high if measured.value is not None else measured.upper_limit
             numbers = (measured.value, measured.low, high)
             value, low, high = (None if number is None else number / size for number in numbers)

@@ -1,6 +1,4 @@
-"""`Doubt`: the reason why a claim cannot be decided, or a restriction of a measured value, as data with words for a
-reader.
-"""
+"""`Doubt`: the reason why a claim cannot be decided, or a restriction of a measured value, as data and in words."""
 
 from __future__ import annotations
 
@@ -19,10 +17,10 @@ _BOUND = "so this is a lower bound"
 _WORDS: dict[DoubtKind, str] = {
     "not_in_result": "not in the result",
     "no_means": "the result has no standard deviation of {average:g} s means",
-    "no_interval": f"{_PROCESSES} without interval determines the minimum",
+    "no_interval": f"{_PROCESSES} without an interval determines the minimum",
     "processes": f"{_PROCESSES} adds to the minimum, {_BOUND}",
     "no_bias_instability": f"bias instability is not in the result, {_BOUND}",
-    "terms_at_limit": "with {terms} at the limit up to the upper end",
+    "terms_at_limit": "the upper end allows for {terms} at the limit",
     "not_adequate": NOT_ADEQUATE,
     "only_limits": ONLY_LIMITS,
     "convention": "the datasheet does not state the convention: {conventions}",

@@ -1,4 +1,4 @@
-"""Value, interval or limits of a term of a result, or of the minimum of its Allan deviation."""
+"""Measured values to compare with a claim: of a term, or of the minimum of the Allan deviation."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from sigmatau.lab.datasheets.doubts import Doubt, DoubtKind
 from sigmatau.model import min_adev, processes_avar
 from sigmatau.noise.terms import SLOW
 
-_SAME_AVERAGE = 0.05  # largest relative difference of equal averaging times, which are whole samples
-_NEGLIGIBLE = 0.01  # share of a variance that is ignored: 0.5 % of a deviation
+_SAME_AVERAGE = (
+    0.05  # relative difference up to which averaging times count as equal: they are rounded to whole samples
+)
+_NEGLIGIBLE = 0.01  # share of a variance up to which processes are ignored: 0.5 % of a deviation [1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,11 +36,11 @@ class Measured:
     upper_limit : float or None
         Upper limit if it was not observed. [unit of the claim]
     lower_limit : float or None
-        Lower bound if only some of the terms are known. [unit of the claim]
+        Lower bound, from the terms that are known. [unit of the claim]
     level : float
-        Confidence level of the interval or the limits; 1 for a limit from a model without intervals.
+        Confidence level of the interval or the limits; 1 for a bound from a model without intervals.
     doubt : Doubt or None
-        Reason why there is no value or limit, or terms that were not observed and may contribute.
+        Reason why there is no value, or what restricts it, such as terms that were not observed and may contribute.
     """
 
     value: float | None = None
@@ -67,7 +69,7 @@ class Measured:
 
 
 def measured(model: ChannelModel, quantity: str) -> Measured:
-    """Measure a term of a model, or the minimum of its Allan deviation; for a ramp, the absolute value."""
+    """Measured value of a term of a model, or of the minimum of its Allan deviation; of a ramp, its absolute value."""
     if quantity == MINIMUM:
         return _minimum(model)
     if quantity in model and quantity not in model.limits:
@@ -96,25 +98,26 @@ def measured_means(rows: Iterable[MeanStability]) -> dict[float, Measured]:
 
 
 def stability(means: Mapping[float, Measured], average: float) -> Measured:
-    """The standard deviation of means of an averaging time."""
+    """Find the standard deviation of means over an averaging time."""
     matching = (std for time, std in means.items() if math.isclose(time, average, rel_tol=_SAME_AVERAGE))
     return next(matching, Measured(doubt=Doubt(kind="no_means", average=average)))
 
 
 def _minimum(model: ChannelModel) -> Measured:
-    """Minimum of the Allan deviation of the model: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + … Makers read it from
-    a sufficiently long record. Every term increases it, so that the observed terms give a lower bound, and the observed
-    terms with the limits of the others an upper bound.
+    """Minimum of the Allan deviation of the model: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + …
+
+    Makers read it from a sufficiently long record. Every term increases it: the observed terms alone give a lower bound,
+    and together with the limits of the others an upper bound.
     """
     observed = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
-    unseen = {term: limit for term, limit in model.limits.items() if term in SLOW}
-    # A term that is missing in the model may not be zero.
-    silent = "bias_instability" not in observed and "bias_instability" not in unseen
+    limited = {term: limit for term, limit in model.limits.items() if term in SLOW}
+    # A term that the model does not have need not be zero.
+    lacks_bias = "bias_instability" not in observed and "bias_instability" not in limited
     if not any(term in observed for term in SLOW):
-        return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, observed, unseen)
+        return Measured(doubt=Doubt(kind="not_in_result")) if lacks_bias else _below(model, observed, limited)
     floor, _ = min_adev(observed)
     low, high = _interval(model, observed)
-    if silent:
+    if lacks_bias:
         return _above(model, low, observed, "no_bias_instability")
     value, tau = min_adev(observed, model, cancelled=True)
     if low is None or high is None:
@@ -122,32 +125,33 @@ def _minimum(model: ChannelModel) -> Measured:
     if processes_avar(model, np.array(tau)) > _NEGLIGIBLE * value**2:
         return _above(model, low, observed, "processes")
     high *= value / floor
-    if unseen:
-        high = max(high, min_adev({**observed, **unseen}, model)[0])
-    doubt = Doubt(kind="terms_at_limit", terms=tuple(sorted(unseen))) if unseen else None
+    if limited:
+        high = max(high, min_adev({**observed, **limited}, model)[0])
+    doubt = Doubt(kind="terms_at_limit", terms=tuple(sorted(limited))) if limited else None
     return Measured(value=value, low=low, high=high, level=model.level, doubt=doubt)
 
 
-def _below(model: ChannelModel, observed: dict[str, float], unseen: dict[str, float]) -> Measured:
-    """Upper limit without observed slow noise: observed terms at their upper ends, the others at their limits."""
+def _below(model: ChannelModel, observed: dict[str, float], limited: dict[str, float]) -> Measured:
+    """Upper limit if no slow noise is observed: observed terms at their upper ends, the others at their limits."""
     ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in observed.items()}
-    limit, tau = min_adev({**ends, **unseen}, model)
+    limit, tau = min_adev({**ends, **limited}, model)
     if processes_avar(model, np.array(tau)) > _NEGLIGIBLE * limit**2:
         return Measured(doubt=Doubt(kind="no_interval"))
     return Measured(upper_limit=limit, level=model.level)
 
 
 def _above(model: ChannelModel, low: float | None, observed: dict[str, float], why: DoubtKind) -> Measured:
-    """Lower bound: the lower end for the observed terms, or the value of a model without intervals."""
+    """Lower bound: the lower end for the observed terms; for a model without intervals, the value."""
     if low is None:
         return Measured(lower_limit=min_adev(observed, model, cancelled=True)[0], level=1.0, doubt=Doubt(kind=why))
     return Measured(lower_limit=low, level=(1 + model.level) / 2, doubt=Doubt(kind=why))
 
 
 def _interval(model: ChannelModel, observed: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
-    """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends. The covariance of
-    the chosen terms would give a narrower interval, but if a rate random walk is found by chance, the error of the
-    minimum is larger: 3.8 % of 183 simulated records with N and B exactly at the limit were out at 99 %, instead of 1 %.
+    """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends.
+
+    The covariance of the chosen terms would give a narrower interval. It would be too narrow if a rate random walk is
+    observed by chance: 3.8 % of 183 simulated records with N and B exactly at the limit were out at 99 %, instead of 1 %.
     """
     values = {term: measured(model, term) for term in observed}
     if all(value.low is None for value in values.values()):

@@ -19,8 +19,8 @@ from sigmatau.record import stream_name
 from sigmatau.results import Printed
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
-_LONGEST_NAME = 100  # longest name that is looked up as a file [characters]
-_OPEN = {
+_LONGEST_NAME = 100  # longest name for which a file is suggested [characters]
+_NOT_STATED = {
     "noise_density": "one- or two-sided: not stated",
     "bias_instability": "Allan minimum or coefficient B: not stated",
 }
@@ -44,7 +44,7 @@ class Datasheet(Printed):
     data : mapping of str to mapping of str to tuple of str
         Other specifications by sensor: full scale, bandwidth, output rates, and properties not visible at rest.
     axes : mapping of str to tuple of str
-        Axes of a unit by sensor; x, y and z if not given.
+        Axes of a unit by sensor; x, y and z if not stated.
 
     See Also
     --------
@@ -162,7 +162,7 @@ class Datasheet(Printed):
         Parameters
         ----------
         use : {"typical", "maximum"}
-            Kind of the number; the other kind if the datasheet has only that.
+            Which of the numbers to use; if the datasheet has only one, it is used.
         sided : {"one", "two"}, optional
             Convention of noise densities if not stated.
         bias : {"minimum", "coefficient"}, optional
@@ -175,7 +175,7 @@ class Datasheet(Printed):
         Raises
         ------
         OptionError
-            If a convention is neither stated nor given here.
+            If a convention is stated neither in the datasheet nor by `sided` or `bias`.
         DataError
             If the datasheet has no noise specification.
         """
@@ -184,7 +184,7 @@ class Datasheet(Printed):
             raise OptionError(f"{{option}} must be 'typical' or 'maximum', not {use!r}", option="use")
         channels = {
             channel: {claim.term: self._number(claim, use, sided, bias) for claim in chosen}
-            for channel in self._stated()
+            for channel in self._channels_with_claims()
             if (chosen := _chosen(self.of(channel)))
         }
         if not channels:
@@ -206,19 +206,21 @@ class Datasheet(Printed):
         tuple of str
         """
         lines = []
-        for claim in dict.fromkeys(claim for channel in self._stated() for claim in _chosen(self.of(channel))):
+        for claim in dict.fromkeys(
+            claim for channel in self._channels_with_claims() for claim in _chosen(self.of(channel))
+        ):
             used = _used(claim, use)
             text = claim.typical_text if used == "typical" else claim.maximum_text
             words = [meaning.words for meaning in claim.meanings(sided=sided, bias=bias) if meaning.words]
-            taken = f"{'taken as ' if claim.convention == 'unknown' else ''}{' or '.join(words)}" if words else ""
+            convention = f"{'taken as ' if claim.convention == 'unknown' else ''}{' or '.join(words)}" if words else ""
             substitution = "" if used == use else f"the datasheet has no {use} value"
-            called = claim.usual if used == "typical" else used
+            kind = claim.usual if used == "typical" else used
             lines.append(
-                f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{called} {text}', taken, substitution)))}"
+                f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{kind} {text}', convention, substitution)))}"
             )
         return tuple(lines)
 
-    def _stated(self) -> tuple[str, ...]:
+    def _channels_with_claims(self) -> tuple[str, ...]:
         return (*self.channels("gyro"), *self.channels("accel"))
 
     def _number(self, claim: Claim, use: str, sided: Sided | None, bias: Bias | None) -> float:
@@ -278,14 +280,14 @@ def _row(claim: Claim) -> tuple[str, str, str, str]:
 
 def _conventions(claim: Claim) -> tuple[str, ...]:
     """Words ``("one-sided",)``, or that the convention is not stated; empty if there is only one interpretation."""
-    words = _OPEN[claim.key] if claim.convention == "unknown" else _WORDS.get(claim.convention, "")
+    words = _NOT_STATED[claim.key] if claim.convention == "unknown" else _WORDS.get(claim.convention, "")
     return (words,) if words else ()
 
 
 def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
-    """Kind of the number of a claim that is used: the wanted one, or the only one that is stated."""
-    wanted = claim.typical if use == "typical" else claim.maximum
-    return "typical" if (use == "typical") == (wanted is not None) else "maximum"
+    """Which number of a claim is used: the requested one, or the only one that the datasheet states."""
+    requested = claim.typical if use == "typical" else claim.maximum
+    return "typical" if (use == "typical") == (requested is not None) else "maximum"
 
 
 def _chosen(claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
@@ -376,7 +378,7 @@ def datasheet(name: str | Path) -> Datasheet:
     Raises
     ------
     OptionError
-        For an unknown name; the message lists the known ones.
+        For an unknown name; the message suggests a similar name, or lists all.
     DataError
         If the file cannot be read.
 
@@ -398,9 +400,9 @@ def datasheet(name: str | Path) -> Datasheet:
     if isinstance(name, Path) or name.lower().endswith(".toml"):
         return Datasheet.read(name)
     library = _library()
-    wanted = _plain(name)
+    plain_name = _letters_and_digits(name)
     for key, sheet in library.items():
-        if wanted in (_plain(key), _plain(sheet.name)):
+        if plain_name in (_letters_and_digits(key), _letters_and_digits(sheet.name)):
             return sheet
     if len(name) < _LONGEST_NAME and Path(f"{name}.toml").is_file():
         raise OptionError(f"unknown datasheet {name!r}; is the file {name}.toml meant?", option="datasheet")
@@ -415,5 +417,5 @@ def datasheet(name: str | Path) -> Datasheet:
     )
 
 
-def _plain(name: str) -> str:
+def _letters_and_digits(name: str) -> str:
     return "".join(c for c in name.lower() if c.isalnum())

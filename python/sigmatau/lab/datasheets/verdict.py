@@ -17,8 +17,8 @@ Side = Literal["below", "undecided", "above"]
 Status = Literal["within", "above typical", "undecided", "out"]
 
 _WORST: tuple[Status, ...] = ("out", "undecided", "above typical", "within")
-_COLUMNS = 5  # columns of channel, claim, value and status; the limits are on separate lines
-_MOST_PRINTED_SIGMAS = 100
+_COLUMNS = 5  # number of columns of a full row; the last one, the limits, is printed on separate lines
+_MOST_PRINTED_SIGMAS = 100  # largest number of standard errors that is printed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +95,9 @@ class Judged:
     readings : tuple of ClaimReading
         One for each possible meaning of the claim.
     status : {"within", "above typical", "undecided", "out"}
-        Status; ``"above typical"`` means not above the maximum, if there is one.
+        ``"above typical"``: above the typical value, but not above a maximum.
     doubt : Doubt or None
-        Special reason for ``"undecided"``, if there is one.
+        Reason for ``"undecided"``, unless the interval just contains the limit.
     """
 
     channel: str
@@ -223,15 +223,15 @@ class Verdict(Printed):
     def line(self) -> str:
         """The unit, its status, and the claims with this status, in one line."""
         worst = self.of(self.status) if self.status != "within" else ()
-        named = [f"{j.channel} {j.claim.label}{_by(j)}" for j in worst]
+        named = [f"{j.channel} {j.claim.label}{_sigmas_text(j)}" for j in worst]
         named += [f"no {channel}" for channel in self.missing] if self.status == "undecided" else []
         return f"{printable(self.unit)}: {self.status}" + (f": {', '.join(named)}" if named else "")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, no NaN."""
         fields = "unit datasheet status may_be_out level missing claims=judged not_in_the_result=absent"
-        unsaid = [{"channel": channel, "term": term} for channel, term in self.unsaid]
-        return plain(self, fields, "" if self.factor is None else "factor", not_in_the_datasheet=unsaid)
+        unspecified = [{"channel": channel, "term": term} for channel, term in self.unsaid]
+        return plain(self, fields, "" if self.factor is None else "factor", not_in_the_datasheet=unspecified)
 
     def __repr__(self) -> str:
         lines = [f"{printable(self.unit)} against {self.datasheet}: {self.status}"]
@@ -266,7 +266,7 @@ class Verdict(Printed):
 
 
 def _narrow(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Fit rows to the terminal: values that are too long move to the lines of the limits."""
+    """Fit rows to the terminal: if they are too wide, values move to the lines of the limits."""
     full = [row for row in rows if len(row) == _COLUMNS]
     wide = sum(max((len(row[k]) for row in full), default=0) + 2 for k in range(_COLUMNS - 1))
     if wide <= WIDTH:
@@ -274,7 +274,7 @@ def _narrow(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
     return [(*row[:2], row[3], "", f"{row[2]}; {row[4]}") if len(row) == _COLUMNS else row for row in rows]
 
 
-def _by(judged: Judged) -> str:
+def _sigmas_text(judged: Judged) -> str:
     for reading in judged.readings:
         comparison = reading.maximum if judged.status in ("out", "undecided") and reading.maximum else reading.typical
         if comparison is not None and comparison.sigmas is not None:
@@ -288,13 +288,13 @@ def _hint(absent: tuple[str, ...]) -> str:
 
 
 def _rows(judged: Judged) -> list[tuple[str, ...]]:
-    """Channel, claim, value, limits and status; a separate row for the reason. Measured values are converted to the
-    unit and convention of the datasheet.
+    """Rows of channel, claim, value, status and limits; a separate row has the reason. Measured values are converted to
+    the unit and convention of the datasheet.
     """
     claim = judged.claim
     if not any(reading.measured.anything for reading in judged.readings):
         limits = "; ".join(
-            f"{_called(claim, name)} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name))
+            f"{_limit_name(claim, name)} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name))
         )
         row: tuple[str, ...] = (judged.channel, claim.label, "not measured", judged.status, limits)
         is_row_enough = judged.doubt is None or judged.doubt.kind == "not_in_result"
@@ -305,7 +305,7 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
         words = f", {reading.meaning.words}" if reading.meaning.words else ""
         size = unit * reading.meaning.factor
         against = "; ".join(
-            f"{_called(claim, name)} {_limit_text(claim, name, comparison.limit / size)}"
+            f"{_limit_name(claim, name)} {_limit_text(claim, name, comparison.limit / size)}"
             + (f": {comparison.words()}" if reading.measured.anything else "")
             for name, comparison in (("typical", reading.typical), ("maximum", reading.maximum))
             if comparison is not None
@@ -316,7 +316,7 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
     return [*rows, ("", f"  {judged.reason}")] if judged.reason else rows
 
 
-def _called(claim: Claim, name: str) -> str:
+def _limit_name(claim: Claim, name: str) -> str:
     """Name of a limit in the datasheet."""
     return claim.usual if name == "typical" else name
 

@@ -62,26 +62,26 @@ def find(patterns: Iterable[str], *, skip: Callable[[str], None] | None = None) 
 def _local(pattern: str, skip: Callable[[str], None] | None) -> Iterator[Log]:
     from sigmatau.io import is_log
 
-    several = glob.has_magic(pattern)
-    inside: dict[Path, bool] = {}  # whether a folder is inside a folder that is a log, by folder
-    for name in sorted(_matching(pattern)) if several else [pattern]:
+    is_pattern = glob.has_magic(pattern)
+    inside: dict[Path, bool] = {}  # whether a folder is a log or inside a log, by folder
+    for name in sorted(_matching(pattern)) if is_pattern else [pattern]:
         path = Path(name)
-        if several and _within(path.parent, inside):
+        if is_pattern and _within(path.parent, inside):
             continue
         if path.is_dir() and _is_listed(path):
             if _is_one_log(path):
                 yield _folder(path)
-            elif not several:
+            elif not is_pattern:
                 yield from _local(os.path.join(glob.escape(name), "**"), skip)  # noqa: PTH118  Path drops the **
             continue
-        if several and not is_log(path):
+        if is_pattern and not is_log(path):
             if skip is not None:
                 skip(str(path))
             continue
         try:
             state = path.stat()
         except OSError as error:
-            if not several:
+            if not is_pattern:
                 raise DataError(f"{path}: {error.strerror or error}") from None
             yield Log(place=str(path), size=None, changed="")  # a broken link; the reader reports it
             continue
@@ -92,7 +92,7 @@ def _matching(pattern: str) -> Iterator[str]:
     """Like `glob.glob`, but does not follow links to a parent folder, which would list each log forty times."""
     parts = pattern.split("/")
     if parts.count("**") != 1:
-        yield from glob.glob(pattern, recursive=True)  # noqa: PTH207  of any root
+        yield from glob.glob(pattern, recursive=True)  # noqa: PTH207  Path.glob needs a root
         return
     position = parts.index("**")
     above, rest = "/".join(parts[:position]), "/".join(parts[position + 1 :])
@@ -129,7 +129,7 @@ def _names(folder: str) -> list[str]:
 
 
 def _is_listed(folder: Path) -> bool:
-    """Whether there is permission to list a folder. Other folders count as unreadable logs, so that they are reported."""
+    """Whether a folder may be listed. A folder that may not is taken for a log, so that the reader reports it."""
     return os.access(folder, os.R_OK | os.X_OK, effective_ids=os.access in os.supports_effective_ids)
 
 
@@ -171,10 +171,10 @@ def _remote(pattern: str, skip: Callable[[str], None] | None) -> Iterator[Log]:
         raise DataError(f"{pattern}: a URL in another one is not read; unpack the archive and name its folder")
     try:
         system, path = fsspec.core.url_to_fs(pattern)
-        several = glob.has_magic(path)
-        places = system.glob(path, detail=True) if several else {path: system.info(path)}
-        if not several and places[path].get("type") == "directory" and not _zarr_name(path):
-            places, several = system.find(path, detail=True), True
+        is_pattern = glob.has_magic(path)
+        places = system.glob(path, detail=True) if is_pattern else {path: system.info(path)}
+        if not is_pattern and places[path].get("type") == "directory" and not _zarr_name(path):
+            places, is_pattern = system.find(path, detail=True), True
         stores: set[str] = set()
         for name, entry in sorted(places.items()):
             inside = next((part for part in _above(name) if _zarr_name(part)), None)
@@ -184,7 +184,7 @@ def _remote(pattern: str, skip: Callable[[str], None] | None) -> Iterator[Log]:
                     yield _remote_folder(system, inside)
             elif entry.get("type") != "directory":
                 place = system.unstrip_protocol(name)
-                if several and PurePath(name).suffix.lower() in NOT_LOGS:
+                if is_pattern and PurePath(name).suffix.lower() in NOT_LOGS:
                     if skip is not None:
                         skip(place)
                     continue

@@ -1,4 +1,4 @@
-"""`run_fleet`: sends tasks to workers and collects the outcomes, also after failures of workers."""
+"""`run_fleet`: sends tasks to workers, collects the outcomes, and repeats tasks whose workers ended."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 _TASK_SECONDS = 2.0  # duration of a task with several logs; its overhead is about 5 ms [s]
-_BATCH_LOGS = 64
+_BATCH_LOGS = 64  # largest number of logs of a task
 _RECOUNT = 3.0  # interval between counts of the workers [s]
 _TRIES = 3  # largest number of attempts for a stretch
 _ANSWER = 20.0  # time within which a scheduler answers [s]
-_AHEAD = 2  # number of waiting tasks per worker thread
+_AHEAD = 2  # number of submitted tasks per worker thread
 _PATIENCE = 0.5  # interval between checks of the clock and the scheduler [s]
 _LARGE = 1 << 26  # size of a log above which a worker tests whether it must be divided [bytes]
 _UNLIMITED = 4 << 30  # assumed memory of a worker that states no limit [bytes]
@@ -97,9 +97,9 @@ def cluster(
                 yield stack.enter_context(Client(local))
             return
         try:
-            _answers(scheduler)
+            _require_scheduler(scheduler)
             client = Client(scheduler, timeout=_ANSWER)
-        except TypeError:  # of the settings of TLS
+        except TypeError:  # from the settings of TLS
             raise DataError(
                 f"{scheduler}: this process has no certificate; set distributed.comm.tls in ~/.config/dask/tls.yaml"
             ) from None
@@ -160,9 +160,9 @@ def run_fleet(
     `done` is called with the outcomes of each task as soon as they are available, in any order, and about twice a second
     with an empty list. `tell` is called with remarks for the user, such as that there are no workers.
 
-    If the worker of a task with several logs ends, each of its logs becomes a task. If the worker of such a task ends
-    too, the log runs alone; if its worker ends again, the log has failed. A stretch is tried three times. A task whose
-    result is lost with its worker is started again.
+    If the worker of a task with several logs ends unexpectedly, each of its logs becomes a task. If the worker of such a
+    task ends too, its log is analysed while no other task runs; if the worker ends again, the log has failed. A stretch is
+    tried three times. A task whose result is lost with its worker is started again.
 
     Raises
     ------
@@ -231,7 +231,7 @@ class _Run:
                 self._client.cancel([future for _, future in self._running.values()], force=True)
 
     def _started(self) -> bool:
-        """Start tasks with `_start`. Raises `DataError` if the scheduler does not answer."""
+        """Call `_start`; raises `DataError` if the scheduler does not answer."""
         try:
             return self._start()
         except OSError:
@@ -317,25 +317,25 @@ class _Run:
         finally:
             future.release()
         if not has_outcome:
-            self._gone(task)
+            self._retry(task)
         elif isinstance(error, KilledWorker):
-            self._killed(task)
+            self._isolate(task)
         elif error is not None:
-            self._failed(task, error)
+            self._fail(task, error)
         else:
-            self._took(task, outcome)
+            self._accept(task, outcome)
 
-    def _gone(self, task: _Task) -> None:
+    def _retry(self, task: _Task) -> None:
         """Handle a task without an outcome: its worker ended before the result was fetched, or the scheduler is lost."""
         if self._client.status != "running":
             raise _lost()
         if task.tries >= _TRIES:
-            self._killed(task)
+            self._isolate(task)
         else:
             tasks = self._alone if task.kind == "alone" else self._waiting
             tasks.append(replace(task, tries=task.tries + 1))
 
-    def _took(self, task: _Task, outcome: Any) -> None:  # noqa: ANN401  by kind of task
+    def _accept(self, task: _Task, outcome: Any) -> None:  # noqa: ANN401  by kind of task
         log = task.logs[0]
         if task.kind == "divide":
             if outcome is None:
@@ -366,7 +366,7 @@ class _Run:
             self._finished += len(outcomes)
             self._done(outcomes)
 
-    def _killed(self, task: _Task) -> None:
+    def _isolate(self, task: _Task) -> None:
         if task.kind == "batch" and len(task.logs) > 1:
             self._waiting += [_Task("single", (log,)) for log in task.logs]
         elif task.kind in ("batch", "single"):
@@ -374,10 +374,10 @@ class _Run:
         elif task.kind in ("divide", "stretch") and task.tries < _TRIES:
             self._waiting.append(replace(task, tries=task.tries + 1))
         else:
-            why = "its worker ended each time it was tried, which happens when memory is short"
-            self._failed(task, DataError(why))
+            why = "its worker was killed at each attempt, probably because memory ran out"
+            self._fail(task, DataError(why))
 
-    def _failed(self, task: _Task, error: BaseException) -> None:
+    def _fail(self, task: _Task, error: BaseException) -> None:
         for log in task.logs:
             if task.kind == "stretch" and self._records.pop(log.place, None) is None:
                 continue  # another stretch of this record failed before

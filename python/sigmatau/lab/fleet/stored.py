@@ -108,7 +108,7 @@ class Stored:
         return (log.place, log.version) in self._lacking
 
     def failures(self, logs: Iterable[Log]) -> dict[str, str]:
-        """Why logs have failed whose present version has no other result, by place."""
+        """Reason of the failure, by place, of each log whose present version has no other result."""
         reasons = {}
         for log in logs:
             states = {state for version, state in self._runs.get(log.place, ()) if version == log.version}
@@ -172,15 +172,15 @@ class Stored:
         from sigmatau.lab.store.tables import run
 
         query = select(run.c.id, run.c.path, run.c.file_version, run.c.state).order_by(run.c.id)
-        rows = connection.execute(query.where(self._mine, run.c.path.in_(logs))).all()
+        rows = connection.execute(query.where(self._is_selected, run.c.path.in_(logs))).all()
         by_place: dict[str, list[tuple[int, str, str]]] = {}
         for key, path, version, state in rows:
             by_place.setdefault(path, []).append((key, version, state))
         past: list[int] = []
         for place, runs in by_place.items():
             version = logs[place].version
-            current = [key for key, its, state in runs if its == version and state != "failed"]
-            current = current or [key for key, its, _ in runs if its == version]
+            current = [key for key, stored, state in runs if stored == version and state != "failed"]
+            current = current or [key for key, stored, _ in runs if stored == version]
             if not current:
                 current = [runs[-1][0]]
                 connection.execute(update(run).where(run.c.id == current[-1]).values(file_version=version))

@@ -1,4 +1,4 @@
-"""Work of a worker: analyses logs and returns rows for the store. The row of a log that cannot be used states the reason."""
+"""Functions that workers run: they analyse logs and return rows for the store. A log that cannot be used has a row too."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from sigmatau.lab.store.naming import Naming
     from sigmatau.lab.store.rows import Rows
 
-_THREADS = "threads"  # setting of `analyze` that a worker overrides, because it has one core
+_THREADS = "threads"  # option of `analyze` that is 1 in a worker, which has one core
 
 
 @frozen
 class FleetJob:
-    """Facts that all logs of a fleet share.
+    """Options that all logs of a fleet share.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ def failed(log: Log, job: FleetJob, error: BaseException) -> FleetOutcome:
         error = DataError(str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}")
     reason = error if error.source else error.about(log.place)
     failure = FailedAnalysis.of(reason, log.place, options=job.options)
-    return replace(_entered(log, job, failure, failure.exit_code), error=reason)
+    return replace(_outcome_of(log, job, failure, failure.exit_code), error=reason)
 
 
 def _analysed(log: Log, job: FleetJob) -> FleetOutcome:
@@ -133,7 +133,7 @@ def _analysed(log: Log, job: FleetJob) -> FleetOutcome:
                 if error.source == str(path):  # the path of the copy
                     error.source = log.place
                 raise
-            source = replace(analysis.source, checksum=analysis.source.sha256)  # the source, while the copy exists
+            source = replace(analysis.source, checksum=analysis.source.sha256)  # computed here, while the copy exists
             return replace(analysis, source=source), exit_code(analysis.findings)
 
     return _outcome(log, job, result)
@@ -147,7 +147,7 @@ def _outcome(log: Log, job: FleetJob, result: Callable[[], tuple[Analysis, int]]
         analysis, code = result()
         source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
         analysis = replace(analysis, source=source, options=parse_options(job.options.get("analysis", {})))
-        return _entered(log, job, analysis, code)
+        return _outcome_of(log, job, analysis, code)
     except Exception as error:  # a defect of the program must not stop the other logs
         return failed(log, job, error)
 
@@ -162,7 +162,7 @@ def _entered(log: Log, job: FleetJob, result: Analysis | FailedAnalysis, code: i
 
 @functools.cache
 def prepare_process() -> None:
-    """Set up a process that analyses many logs; called once."""
+    """Set up a process that analyses many logs; further calls have no effect."""
     from sigmatau.process import keep_freed
 
     keep_freed()
@@ -171,7 +171,7 @@ def prepare_process() -> None:
 
 @contextlib.contextmanager
 def local_copy(place: str) -> Iterator[str | Path]:
-    """Provide a file for the reader: an object is copied to this host, but a Zarr store is read in place."""
+    """Provide a path for the reader: an object is copied to this host; a file or a Zarr store is read where it is."""
     if "://" not in place or place.rstrip("/").endswith(".zarr"):
         yield place
         return

@@ -1,4 +1,4 @@
-"""Loaded by each worker process of this host when it starts: it ignores Ctrl-C, because the client stops the workers."""
+"""Loaded by each worker process of this host when it starts. Ctrl-C is ignored, because the client stops the workers."""
 
 from __future__ import annotations
 

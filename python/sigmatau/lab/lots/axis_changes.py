@@ -1,4 +1,4 @@
-"""Changes of the axes of a sensor: exchanged axes, reversed signs and rotations by 90° or 180°, and their words."""
+"""Changes of the axes of a sensor: exchanges, reversed signs, and rotations by multiples of 90°; with their words."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ AXES = "xyz"
 
 @frozen
 class AxisChange:
-    """What the axes of a unit show, in terms of the axes of the lot.
+    """The axes of a unit in terms of those of the lot: a permutation with signs.
 
     Attributes
     ----------
     sources : tuple of int
         For x, y and z of the unit, the axis of the lot that it shows: 0, 1 or 2.
     signs : tuple of int
-        Their signs, 1 or -1.
+        Sign of each, 1 or -1.
     """
 
     sources: tuple[int, int, int]
@@ -30,19 +30,19 @@ class AxisChange:
 
     @property
     def matrix(self) -> Floats:
-        """The matrix that turns a vector of the lot into that of the unit, shape (3, 3)."""
+        """Matrix that converts a vector of the lot to one of the unit, shape (3, 3)."""
         result = np.zeros((3, 3))
         result[range(3), self.sources] = self.signs
         return result
 
     @property
     def is_rotation(self) -> bool:
-        """Whether the unit can be mounted so; otherwise axes are exchanged or a sign is reversed."""
+        """Whether the change is a rotation, which mounting explains; otherwise axes are exchanged or a sign is reversed."""
         return bool(np.linalg.det(self.matrix) > 0)
 
     @property
     def is_exchange(self) -> bool:
-        """Whether two axes are exchanged, with their signs."""
+        """Whether two axes are exchanged and no sign is reversed."""
         return len(self.moved) == 2 and all(sign == 1 for sign in self.signs)
 
     @property
@@ -81,7 +81,7 @@ def _listed(axes: Iterable[int]) -> str:
 
 
 def _rank(change: AxisChange) -> int:
-    """Order of plausibility: one mistake of mounting or wiring before a combination."""
+    """Sort key by plausibility: a single mistake of mounting or wiring comes before a combination."""
     if change.is_exchange or (change.about is not None and not change.moved):
         return 0
     return 1 if change.about is not None or (not change.moved and len(change.reversed_axes) == 1) else 2
@@ -98,4 +98,4 @@ CHANGES = tuple(
         key=_rank,
     )
 )
-"""All 47 changes of three axes, the plausible ones first."""
+"""All 47 changes of three axes, the most plausible ones first."""

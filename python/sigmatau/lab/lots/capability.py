@@ -20,7 +20,7 @@ from sigmatau.frozen import frozen
 from sigmatau.results import plain
 
 LEAST_UNITS_OF_CPK = 10
-"""Smallest number of units with a capability: the interval of fewer is wider than a third of it."""
+"""Smallest number of units for a capability: with fewer, its interval is wider than a third of its value."""
 
 
 @frozen
@@ -65,7 +65,7 @@ def estimate_yield(passed: int, units: int, *, level: float = 0.95) -> BoundedNu
 
 
 def estimate_capability(values: Floats, maximum: float, *, level: float = 0.95) -> BoundedNumber | None:
-    """Capability Cpk against a maximum, in logarithms: distance of the mean from the maximum over three standard deviations.
+    """Capability Cpk of logarithms: distance of their mean from that of the maximum, in units of three standard deviations.
 
     Parameters
     ----------

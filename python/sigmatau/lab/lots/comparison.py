@@ -16,7 +16,7 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.lots.group_effects import GroupEffects
 from sigmatau.lab.lots.grouping import Cells, estimate_effects, holm, sort_into_cells
 from sigmatau.lab.lots.options import By, CompareOptions
-from sigmatau.lab.lots.preparing import by_condition, collect_runs, drop_other_units, with_places, without_copies
+from sigmatau.lab.lots.preparing import collect_runs, drop_other_units, mark_copies, name_by_place, split_by_condition
 from sigmatau.lab.lots.repeatability import Judgement, RandomEffects, Scale, judge_groups, one_group
 from sigmatau.lab.lots.runs import SIGNED, ComparedRun, Label, RunTable
 from sigmatau.options import keywords_of
@@ -46,8 +46,8 @@ class RunComparison(Tabular):
     Attributes
     ----------
     by : {"unit", "run", "axis"}
-        What the results of a group have in common: the unit (its runs are compared), the run (its units are compared), or
-        only the axis.
+        How results are grouped: by unit (the runs of a unit are compared), by run (the units of a run are compared), or all
+        in one group (axis).
     level : float
         Confidence level of tests and intervals.
     runs : tuple of ComparedRun
@@ -55,9 +55,9 @@ class RunComparison(Tabular):
     groups : tuple of str
         Names of the groups; one empty name if there is one group without a name.
     clocks_off : mapping of str to Finding
-        Runs whose lines and filters have frequencies that all differ from those of the unit's other runs.
+        Runs whose lines and filters all have other frequencies than in the other runs of the unit.
     clocks_skipped : tuple of str
-        Units with too many runs to compare their clocks.
+        Units whose clocks are not compared, because they have too many runs.
 
     See Also
     --------
@@ -117,14 +117,14 @@ class RunComparison(Tabular):
             yield group, label.channel, label.term
 
     def __getitem__(self, key: tuple[str, ...]) -> RandomEffects:
-        """The random effects of a group, channel and term; without the group if there is one."""
+        """The random effects of a group, channel and term; the group may be omitted if there is only one."""
         if not (isinstance(key, tuple) and len(key) in (2, 3)) or (len(key) == 2 and len(self.groups) != 1):
             raise KeyError(f"a key is (group, channel, term), or (channel, term) of one group; not {key!r}")
-        wanted = key if len(key) == 3 else (self.groups[0], *key)
+        full_key = key if len(key) == 3 else (self.groups[0], *key)
         for row, row_key in enumerate(self):
-            if row_key == wanted:
+            if row_key == full_key:
                 return self.row(row)
-        raise KeyError(f"no values of {' '.join(wanted).strip()}")
+        raise KeyError(f"no values of {' '.join(full_key).strip()}")
 
     def row(self, at: int) -> RandomEffects:
         """The random effects of a row.
@@ -143,7 +143,7 @@ class RunComparison(Tabular):
         return one_group(self.effects, at, scale=scale, level=self.level, std=float(self.cells.std[at]))
 
     def values(self, at: int) -> list[tuple[ComparedRun, float, float]]:
-        """ComparedRun, value and standard error of each value of a row.
+        """Run, value and standard error of each value of a row.
 
         Parameters
         ----------
@@ -153,14 +153,14 @@ class RunComparison(Tabular):
         Returns
         -------
         list of (ComparedRun, float, float)
-            The error is relative; of a signed term in SI. [SI]
+            The error is relative, or in SI for a signed term. [SI]
         """
         table = self.table
         return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(at)]
 
     def judgements(self) -> list[Judgement]:
-        """Result of the tests for each row. P-values are corrected for the number of rows of the group (Holm): in a group
-        without differences a test finds one or more with a probability of at most 1 - `level`.
+        """Outcome of the tests of each row. P-values are corrected for the number of rows of the group (Holm): if the runs
+        of a group do not differ, the probability of any false outcome is at most 1 - `level`.
         """
         e = self.effects
         p, low, outlier = (holm(x, self.cells.group) for x in (e.p_value, e.p_low, e.outlier_p))
@@ -175,8 +175,8 @@ class RunComparison(Tabular):
         return outliers
 
     def below(self) -> dict[int, list[ComparedRun]]:
-        """By row, the runs that should show the term but do not: their upper limit is below the prediction interval of one
-        more run. For a ramp the limit is that of its magnitude.
+        """Runs, by row, that should show a term but do not: their upper limit is below the prediction interval of another
+        run. The limit of a ramp is that of its absolute value.
         """
         runs_below: dict[int, list[ComparedRun]] = {}
         for row in np.flatnonzero((self.cells.valued > 1) & (self.cells.looked > self.cells.valued)).tolist():
@@ -253,7 +253,7 @@ class RunComparison(Tabular):
         }
 
     def _values(self) -> dict[str, list[Any]]:
-        """Every value that is compared."""
+        """All compared values, with run, channel and term."""
         rows = [(row, *value) for row in range(len(self)) for value in self.values(row)]
         labels = [self.key(row)[1] for row, *_ in rows]
         return {
@@ -273,7 +273,7 @@ class RunComparison(Tabular):
         *channels : str
             Which channels. Default: all of the first group.
         ax : matplotlib axes, or sequence of them, optional
-            One a term. Default: a new figure.
+            One for each term. Default: a new figure.
 
         Returns
         -------
@@ -305,8 +305,8 @@ def compare_runs(
     """Repeatability of every channel and term over several results.
 
     For each channel and term, `random_effects` is applied to the values of a group: the runs of a unit, unless `by`
-    selects other groups. A term that only some runs show is compared over these runs, which favours large values; the
-    result has the numbers of runs with and without it. Means of channels give the repeatability of the bias from
+    selects other groups. A term that only some runs show is compared over these runs, which have the larger values; the
+    result states how many runs show it, of how many. Means of channels give the repeatability of the bias from
     turn-on to turn-on.
 
     Parameters
@@ -322,13 +322,13 @@ def compare_runs(
     Raises
     ------
     DataError
-        If no result can be used; a result that cannot be used beside others is in `RunComparison.unused`.
+        If no result can be used. Single results that cannot be used are in `RunComparison.unused`.
     OptionError
         For invalid options.
 
     See Also
     --------
-    random_effects : the same for numbers.
+    random_effects : makes the same estimates from numbers.
 
     Examples
     --------
@@ -340,12 +340,12 @@ def compare_runs(
     'repeatable'
     """
     table = collect_runs(results, options.names, options.units, options.jobs)
-    runs = with_places(without_copies(table))
-    return compare_table(replace(table, runs=by_condition(runs) if options.by == "unit" else runs), options)
+    runs = name_by_place(mark_copies(table))
+    return compare_table(replace(table, runs=split_by_condition(runs) if options.by == "unit" else runs), options)
 
 
 def compare_table(table: RunTable, options: CompareOptions) -> RunComparison:
-    """`compare_runs` for an existing table, such as one from a `Store`. Units are named, and copies of a log are marked."""
+    """`compare_runs` for a table, such as one from a `Store`, in which units are named and copies of a log are marked."""
     by, level = options.by, options.level
     usable = np.array([not run.problem for run in table.runs], dtype=bool)
     if not usable.any():

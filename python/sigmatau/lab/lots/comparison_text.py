@@ -36,10 +36,10 @@ VERDICTS: dict[Judgement, str] = {
     "one_run": "one run",
     "without_errors": "not tested",
 }
-# names of terms in a table that is too wide
+# shorter names of terms, for a table that is too wide
 _SHORT_TERMS = {"bias instability": "bias instab.", "rate random walk": "rate walk"}
 _ORDER: tuple[Judgement, ...] = ("outlier", "varies", "too_alike", "without_errors", "repeatable", "one_run")
-# name of what is compared, by what the values have in common
+# word for the compared results, by what they have in common: of one unit, runs are compared
 COMPARED = {"unit": "run", "run": "unit", "axis": "result"}
 
 
@@ -50,7 +50,7 @@ def overview(comparison: RunComparison) -> str:
 
 
 def _conditions(comparison: RunComparison) -> list[str]:
-    """The conditions under which the runs were recorded, if they differ: those of each are compared with each other."""
+    """Note that the runs were recorded under different conditions, and that only runs of the same condition are compared."""
     used = [run for run in comparison.runs if not run.problem]
     lines = []
     for factor, values in ((TEMPERATURE, [r.temperature for r in used]), (SUPPLY, [r.supply for r in used])):
@@ -120,15 +120,17 @@ def _single_group(comparison: RunComparison) -> list[str]:
     ]
     judgements = comparison.judgements()
     order = in_order(comparison, compared)
-    below = [*wrapped(_warnings(comparison, order, judgements)), *_turn_on(comparison)]
-    room = max(_SCREEN - len(below) - 4, _LEAST_ROWS)  # rows besides the first two lines and those about the columns
+    notes = [*wrapped(_warnings(comparison, order, judgements)), *_turn_on(comparison)]
+    room = max(
+        _SCREEN - len(notes) - 4, _LEAST_ROWS
+    )  # rows of the table: its heading, the first line and two lines about the columns need four
     if len(order) > room:
         worst = sorted(order, key=lambda row: _ORDER.index(judgements[row]))[: room - 1]
         order = [row for row in order if row in worst]
     lines = [_head(comparison), *_table(comparison, order, judgements)]
     if len(compared) > len(order):
         lines.append(f"{len(compared) - len(order)} more rows, none worse: {command('compare', Hint('table'))}")
-    return lines + below
+    return lines + notes
 
 
 def remarks(comparison: RunComparison) -> list[str]:
@@ -168,7 +170,7 @@ def _head(comparison: RunComparison) -> str:
 
 
 def in_order(comparison: RunComparison, rows: Iterable[int]) -> list[int]:
-    """Rows channel by channel, in the order of the results; terms in the order of their slopes."""
+    """Sort rows by channel, in the order of the results, and by term, in the order of slopes."""
     channels: dict[str, int] = {}
     for label in comparison.table.labels:
         channels.setdefault(label.channel, len(channels))
@@ -347,7 +349,7 @@ def _nothing(what: str) -> str:
 
 
 def _many_groups(comparison: RunComparison) -> list[str]:
-    """Many groups: for each channel and term the number that repeats, and the groups with an outlying run."""
+    """Summary of many groups: how many are repeatable, by channel and term, and which have an outlying run."""
     judgements = comparison.judgements()
     used = sum(not run.problem for run in comparison.runs)
     what, group = COMPARED[comparison.by], comparison.by

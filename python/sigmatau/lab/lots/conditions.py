@@ -34,7 +34,7 @@ _VOLTAGE_IN_NAME = re.compile(r"(?<![0-9A-Za-z.])(\d{1,2}(?:\.\d{1,3})?)V(\d{0,2
 
 @frozen
 class ConditionFactor:
-    """How values of a condition are grouped and worded.
+    """A condition, with the differences that separate groups of its values.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class ConditionFactor:
     ratio: float = 1.0
 
     def groups(self, values: Sequence[float | None]) -> list[str]:
-        """The group of each value in words, ``"at 25 °C"``; all are empty if the stated values are about the same. A value
-        that is not stated is in a group of its own, if others differ.
+        """The group of each value in words, ``"at 25 °C"``; all are empty if there is only one group. If there are several,
+        values that are not stated form a further group.
         """
         stated = [value for value in values if value is not None]
         middles = self.middles(stated)
@@ -108,7 +108,7 @@ def volts(text: str) -> float | None:
 
 
 def run_temperature(result: Analysis) -> float | None:
-    """The temperature in the notes of a result, or else the mean of the thermometer of its log. [degC]"""
+    """The temperature in the notes of a result, otherwise the mean of the thermometer of its log. [degC]"""
     notes = _by_key(result.notes)
     for key in TEMPERATURE_NOTES:
         if (degrees := celsius(notes.get(key, ""))) is not None:
@@ -118,7 +118,7 @@ def run_temperature(result: Analysis) -> float | None:
 
 
 def run_supply(result: Analysis) -> float | None:
-    """The supply voltage in the notes of a result, or else in a channel of its log, or in the log's name. [V]"""
+    """The supply voltage in the notes of a result, otherwise in a channel of its log, otherwise in its name. [V]"""
     notes = _by_key(result.notes)
     for key in SUPPLY_NOTES:
         if (voltage := volts(notes.get(key, ""))) is not None:

@@ -23,7 +23,7 @@ def iso_date(text: str) -> datetime | None:
 
 
 def date_in_name(log: str) -> datetime | None:
-    """The first date in the name of a log, or else in its path: 2026-05-01 or 20260501_120000."""
+    """The first date in the name of a log, otherwise in its path: 2026-05-01 or 20260501_120000."""
     for part in (PurePath(log).name, log):
         for match in _DATE.finditer(part):
             year, _, month, day, hour, _, minute, second = match.groups()
@@ -35,12 +35,12 @@ def date_in_name(log: str) -> datetime | None:
 
 
 def without_days(name: str) -> str:
-    """A name in which the days of dates are blank: 07 in 2026-05-07 is not a serial number."""
+    """Replace the dates in a name by spaces, so that the 07 in 2026-05-07 is not taken for a serial number."""
     return _DATE.sub(lambda date: " " * (date.end(4) - date.start()) + name[date.end(4) : date.end()], name)
 
 
 def day_of_log(notes: Mapping[str, str], log: str) -> str:
-    """The day of a record for a label, ``"2026-05-07"``: that of its notes, or else in its name; empty without either."""
+    """The day of a record, ``"2026-05-07"``, from its notes, otherwise from its name; empty if neither has a date."""
     stated = {key.strip().lower(): text for key, text in notes.items()}
     for key in DATE_NOTES:
         if date := iso_date(stated.get(key, "")):

@@ -1,4 +1,4 @@
-"""The difference of two results of one sensor, with its interval: is it the same as before?
+"""Differences of the coefficients of two results of a sensor, with intervals that show whether it has changed.
 
 References
 ----------
@@ -25,7 +25,7 @@ Verdict = Literal["same", "differs", "unknown"]
 
 @frozen
 class TermDifference:
-    """How a coefficient of a second result differs from that of a first one.
+    """Difference of a coefficient between two results.
 
     Attributes
     ----------
@@ -35,15 +35,16 @@ class TermDifference:
     unit : str
         SI.
     first, second : float or None
-        The coefficients; None for one that was not observed. [unit]
+        The coefficient in each result; None if it was not observed. [unit]
     value, low, high : float or None
-        The second minus the first, and its confidence interval; None unless both were observed. [unit]
+        Second minus first, with its confidence interval; None unless both were observed. [unit]
     level : float
         Confidence level of the interval.
     verdict : {"same", "differs", "unknown"}
-        Whether the interval contains 0. With one upper limit: ``"differs"`` if it is below the interval of the other result.
+        ``"same"`` if the interval contains 0. If one result has an upper limit: ``"differs"`` if the limit is below the
+        interval of the other, otherwise ``"unknown"``.
     text : str
-        The difference in the field's unit.
+        The difference in the usual unit of the coefficient.
     """
 
     channel: str
@@ -66,8 +67,8 @@ class TermDifference:
 def term_differences(first: Analysis, second: Analysis) -> tuple[TermDifference, ...]:
     """The differences of all coefficients that two results have in common.
 
-    The interval of a difference is made of those of the coefficients, which may be asymmetric, by the method of [1]_: with
-    symmetric ones it is the root of the sum of their squares. The records must be different ones.
+    The interval of a difference is computed from those of the coefficients, which may be asymmetric, by the method of [1]_.
+    If they are symmetric, its half width is the root of the sum of their squares. The records must be independent.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def term_differences(first: Analysis, second: Analysis) -> tuple[TermDifference,
     Returns
     -------
     tuple of TermDifference
-        By channel and term. One of 20 intervals of 95 % does not contain the difference.
+        By channel and term. On average, one of 20 intervals of 95 % does not contain the true difference.
 
     Raises
     ------
@@ -90,11 +91,11 @@ def _differences(first: Analysis, second: Analysis) -> Iterator[TermDifference]:
     for channel, fitted in first.fits.items():
         if channel not in second.fits:
             continue
-        again = second.fits[channel]
-        if (fitted.quantity, fitted.rate_unit) != (again.quantity, again.rate_unit):
+        fitted_again = second.fits[channel]
+        if (fitted.quantity, fitted.rate_unit) != (fitted_again.quantity, fitted_again.rate_unit):
             raise OptionError(f"{channel} has another quantity in {{option}}", option="second")
         for term, before in fitted.items():
-            after = again.get(term)
+            after = fitted_again.get(term)
             if after is None or (_is_unknown(before) and _is_unknown(after)):
                 continue
             yield _difference(channel, before, after, fitted.quantity, fitted.rate_unit)
@@ -133,7 +134,7 @@ def _numbers(term: FittedTerm) -> tuple[float, float, float]:
 
 
 def _limit_verdict(before: FittedTerm, after: FittedTerm) -> Verdict:
-    """The verdict where one result has an upper limit."""
+    """Verdict if only one result observes the coefficient and the other has an upper limit."""
     for observed, limited in ((before, after), (after, before)):
         if not _is_unknown(observed) and limited.upper_limit is not None:
             return "differs" if abs(float(observed.low or 0.0)) > limited.upper_limit else "unknown"

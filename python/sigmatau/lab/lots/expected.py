@@ -10,7 +10,7 @@ from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.lab.lots.dates import without_days
 
-_MOST_EXPECTED = 1_000_000  # largest number of expected units: each missing one is named
+_MOST_EXPECTED = 1_000_000  # largest number of expected units, because each missing one has a row
 
 
 @frozen
@@ -26,7 +26,7 @@ class ExpectedUnits:
     listed : frozenset of str
         Units that are expected.
     inside : bool
-        Whether a unit was matched by a serial number inside its name.
+        Whether a unit was matched by a part of its name.
     """
 
     absent: tuple[str, ...]
@@ -38,8 +38,8 @@ class ExpectedUnits:
 def match_expected(names: Iterable[str], expect: int | Sequence[str] | None) -> ExpectedUnits:
     """Compare the names of units with the expected number or names.
 
-    A name matches ``unit1.csv.gz``, ``unit1.csv`` and ``unit1``. A name without such a unit matches the only unit whose name
-    has it as a whole word, such as ``SN7`` in ``SN7_2026-05-04.csv``.
+    The name ``unit1`` matches the units ``unit1.csv.gz``, ``unit1.csv`` and ``unit1``. If there is none, a name matches the
+    only unit that contains it as a whole word, as ``SN7`` in ``SN7_2026-05-04.csv``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Forest plots: the value of each run with its interval, their mean, and the prediction interval of one more run."""
+"""Forest plots: the value of each run with its interval, their mean, and the prediction interval of another run."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
     from sigmatau.lab.lots.comparison import RunComparison
     from sigmatau.plot.style import Panels
 
-_MOST_PANELS = 24
-_MOST_NAMES = 40  # runs whose names are written
+_MOST_PANELS = 24  # largest number of panels
+_MOST_NAMES = 40  # largest number of runs whose names are written
 _ROW = 0.17  # height of the row of a run [in]
-_MOST_HEIGHT = 5.0  # largest height of a panel [in]
-_PLAIN = (-4, 8)  # powers of ten without an exponent at the corner of the axis: 9.8 m/s² is 1e6 µg
+_LARGEST_HEIGHT = 5.0  # largest height of a panel [in]
+_PLAIN = (-4, 8)  # range of powers of ten that are printed without an exponent: 9.8 m/s² is 1e6 µg
 
 
 def draw_forests(comparison: RunComparison, channels: Sequence[str], *, ax: Panels = None) -> Figure:
     """Draw a panel for each channel and term of the first group that two runs show, axes of a sensor side by side."""
     rows = _chosen_rows(comparison, channels)[:_MOST_PANELS]
-    most = max(int(comparison.cells.valued[row]) for row in rows)
-    panels = make_panels(ax, len(rows), columns=3, width=4.0, height=min(0.9 + _ROW * most, _MOST_HEIGHT))
+    most_runs = max(int(comparison.cells.valued[row]) for row in rows)
+    panels = make_panels(ax, len(rows), columns=3, width=4.0, height=min(0.9 + _ROW * most_runs, _LARGEST_HEIGHT))
     for panel, row in zip(panels, rows, strict=True):
         _draw(comparison, row, panel)
     figure = parent_figure(panels[0])
@@ -58,16 +58,16 @@ def _chosen_rows(comparison: RunComparison, channels: Sequence[str]) -> list[int
         what = {"unit": "two runs of a unit", "run": "two units in one run", "axis": "two results of an axis"}
         raise DataError(f"nothing to draw: no term is observed in {what[comparison.by]}")
 
-    def place(row: int) -> tuple[bool, str, int]:
+    def sort_key(row: int) -> tuple[bool, str, int]:
         label = comparison.key(row)[1]
         sensor = stream_name(label.channel)
         return sensor != "gyro", sensor, [*TERMS, MEAN].index(label.term)
 
-    return sorted(rows, key=place)
+    return sorted(rows, key=sort_key)
 
 
 def _draw(comparison: RunComparison, row: int, ax: Axes) -> None:
-    """One panel, in the usual unit of the term."""
+    """Draw a row as a panel, in the usual unit of the term."""
     label, effects = comparison.key(row)[1], comparison.row(row)
     unit, size = display_unit(label, [effects.mean])
     listed = comparison.values(row)
@@ -107,12 +107,15 @@ def _draw(comparison: RunComparison, row: int, ax: Axes) -> None:
     values = np.concatenate([low, high, value])
     ends_of_axis = float(np.nanmin(values)), float(np.nanmax(values))
     if len(prediction) == 2 and prediction[1] - prediction[0] < 4 * (ends_of_axis[1] - ends_of_axis[0]):
-        ends_of_axis = min(*ends_of_axis, *prediction), max(*ends_of_axis, *prediction)  # of few runs it is far wider
+        ends_of_axis = (
+            min(*ends_of_axis, *prediction),
+            max(*ends_of_axis, *prediction),
+        )  # the prediction interval of a few runs is much wider, and is then cut
     limit_axis(ax, *ends_of_axis)
 
 
 def limit_axis(ax: Axes, low: float, high: float) -> None:
-    """Limits around values that may be near each other and far from 0, with few ticks and without an offset."""
+    """Set the limits of the axis, with few ticks and no offset, because values may be close together and far from 0."""
     from matplotlib.ticker import MaxNLocator
 
     ax.xaxis.set_major_locator(MaxNLocator(4))

@@ -35,7 +35,9 @@ from sigmatau.frozen import frozen
 LEAST_RUNS_OF_OUTLIER = 3
 """Smallest number of runs for an outlier: if two differ, nothing shows which is wrong."""
 
-_CANDIDATES = 3  # number of runs farthest from the mean that are left out in turn; p-values allow for all runs
+_CANDIDATES = (
+    3  # number of runs, farthest from the mean, that are tested as outliers; p-values are corrected for all runs
+)
 _MOST_STEPS = 100  # largest number of steps of the search for τ²; 5 to 10 are usual
 _PRECISION = 1e-12  # relative precision of τ²
 _CHUNK = 1 << 16  # number of values that are processed at a time, so that they stay in the processor's cache
@@ -43,15 +45,15 @@ _CHUNK = 1 << 16  # number of values that are processed at a time, so that they 
 
 @frozen(eq=False)
 class GroupEffects:
-    """Estimates by group, arrays of shape (groups,), NaN where a group has too few values. Logarithms, or plain values."""
+    """Estimates by group, of logarithms or plain values; arrays of shape (groups,), NaN where values are too few."""
 
     k: Ints  # Number of values
     mean: Floats
     mean_error: Floats  # Half of the interval of the mean
     std: Floats  # Standard deviation of the values, ddof = 1
     q: Floats  # Cochran's Q; NaN without errors
-    p_value: Floats  # probability of Q or more if all runs are alike
-    p_low: Floats  # Probability of a smaller Q
+    p_value: Floats  # Probability of Q or a larger value if the runs do not differ
+    p_low: Floats  # Probability of a smaller value than Q
     tau: Floats  # Standard deviation between runs
     tau_low: Floats
     tau_high: Floats
@@ -69,7 +71,7 @@ def group_effects(values: Floats, errors: Floats | None, *, level: float) -> Gro
     values : ndarray, shape (groups, runs)
         NaN where there is none.
     errors : ndarray, shape (groups, runs), optional
-        Their standard errors, positive. Without them nothing is known of homogeneity, and the spread between runs is that
+        Positive standard errors of the values. Without them, homogeneity is not tested, and the spread between runs is that
         of the values.
     level : float
         Confidence level of the intervals.
@@ -109,7 +111,7 @@ def _scaled_effects(
     c: Floats, v: Floats, valid: NDArray[np.bool_], level: float, *, with_errors: bool
 ) -> dict[str, Floats | Ints]:
     k = valid.sum(axis=1)
-    several = k > 1
+    has_several = k > 1
     freedom = np.maximum(k - 1, 1)
     plain_mean = _sum(c) / np.maximum(k, 1)
     squares = _sum(np.where(valid, c - plain_mean[:, None], 0.0) ** 2)
@@ -118,40 +120,40 @@ def _scaled_effects(
     tail = (1 - level) / 2
     chi_high = by_number(freedom, lambda f: chi2_quantile_above(f, tail))
     chi_low = by_number(freedom, lambda f: chi2_quantile_above(f, 1 - tail))
-    nothing = np.full(len(c), np.nan)
+    unknown = np.full(len(c), np.nan)
     if with_errors:
         q, _ = _cochran(np.zeros(len(c)), c, v, valid)
         p_value, p_low = chi2_above(freedom, q), chi2_below(freedom, q)
-        tau2, low2, high2 = (_solved(target, c, v, valid, squares) for target in (1.0 * freedom, chi_high, chi_low))
+        tau2, low2, high2 = (_solve_tau2(target, c, v, valid, squares) for target in (1.0 * freedom, chi_high, chi_low))
         error2 = _sum(np.where(valid, v, 0.0)) / np.maximum(k, 1)
     else:
-        q = p_value = p_low = nothing
+        q = p_value = p_low = unknown
         tau2, low2, high2 = squares / freedom, squares / chi_high, squares / chi_low
         error2 = np.zeros(len(c))
     mean, se2 = _mean(tau2, c, v, valid, unit_weights=not with_errors)
-    alone = k == 1  # its error is the only information
+    is_single = k == 1  # the error of the value is the only information
     if with_errors:
-        mean_error = np.where(alone, normal_quantile((1 + level) / 2), t_mean) * np.sqrt(se2)
+        mean_error = np.where(is_single, normal_quantile((1 + level) / 2), t_mean) * np.sqrt(se2)
     else:
-        mean_error = np.where(several, t_mean * np.sqrt(se2), np.nan)
+        mean_error = np.where(has_several, t_mean * np.sqrt(se2), np.nan)
     outlier, outlier_p = _outliers(c, v, valid, tau2, mean, with_errors=with_errors)
 
-    def where_several(x: Floats) -> Floats:
-        return np.where(several, x, np.nan)
+    def if_several(x: Floats) -> Floats:
+        return np.where(has_several, x, np.nan)
 
     return {
         "k": k,
         "mean": np.where(k > 0, mean, np.nan),
         "mean_error": np.where(k > 0, mean_error, np.nan),
-        "std": where_several(std),
-        "q": where_several(q),
-        "p_value": where_several(p_value),
-        "p_low": where_several(p_low),
-        "tau": where_several(np.sqrt(tau2)),
-        "tau_low": where_several(np.sqrt(low2)),
-        "tau_high": where_several(np.sqrt(high2)),
-        "error": np.where(k > 0, np.sqrt(error2), np.nan) if with_errors else nothing,
-        "next_error": where_several(t_mean * np.sqrt(tau2 + se2 + error2)),
+        "std": if_several(std),
+        "q": if_several(q),
+        "p_value": if_several(p_value),
+        "p_low": if_several(p_low),
+        "tau": if_several(np.sqrt(tau2)),
+        "tau_low": if_several(np.sqrt(low2)),
+        "tau_high": if_several(np.sqrt(high2)),
+        "error": np.where(k > 0, np.sqrt(error2), np.nan) if with_errors else unknown,
+        "next_error": if_several(t_mean * np.sqrt(tau2 + se2 + error2)),
         "outlier": outlier,
         "outlier_p": outlier_p,
     }
@@ -176,11 +178,11 @@ def _cochran(tau2: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_]) -> tu
     return _sum(terms), np.asarray(np.einsum("ij,ij->i", w, terms))
 
 
-def _solved(target: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], squares: Floats) -> Floats:
+def _solve_tau2(target: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], squares: Floats) -> Floats:
     """Solve Q(τ²) = `target` for τ²; 0 if Q(0) is smaller.
 
-    Newton's method on 1/Q, which is linear if all errors are equal, between bounds: Q(τ²) is at most the sum of squares over
-    τ².
+    Newton's method is applied to 1/Q, which is linear if all errors are equal, within bounds: Q(τ²) is at most the sum of
+    squares divided by τ².
     """
     tau2 = np.zeros(len(c))
     open_rows = np.flatnonzero(_cochran(tau2, c, v, valid)[0] > target)
@@ -196,9 +198,15 @@ def _solved(target: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], squa
         new = np.where((new > low) & (new < high), new, 0.5 * (low + high))
         settled = (np.abs(new - t) <= _PRECISION * new) | (high - low <= _PRECISION * high)
         tau2[open_rows] = new
-        on = ~settled
-        open_rows, t, low, high, target = open_rows[on], new[on], low[on], high[on], target[on]
-        c, v, valid = c[on], v[on], valid[on]
+        unsettled = ~settled
+        open_rows, t, low, high, target = (
+            open_rows[unsettled],
+            new[unsettled],
+            low[unsettled],
+            high[unsettled],
+            target[unsettled],
+        )
+        c, v, valid = c[unsettled], v[unsettled], valid[unsettled]
     return tau2
 
 
@@ -215,9 +223,10 @@ def _mean(tau2: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], *, unit_
 def _outliers(
     c: Floats, v: Floats, valid: NDArray[np.bool_], tau2: Floats, mean: Floats, *, with_errors: bool
 ) -> tuple[Ints, Floats]:
-    """The run that differs most from the others, and its p-value: its deviation from the mean of the others, over the
-    standard error of that, has Student's t distribution with k − 2 degrees of freedom. The p-value is corrected after
-    Bonferroni.
+    """Find the run that differs most from the others, and its p-value.
+
+    Its deviation from the mean of the others, divided by the standard error of this deviation, has Student's t distribution
+    with k − 2 degrees of freedom. The p-value is corrected for the number of runs (Bonferroni).
     """
     k = valid.sum(axis=1)
     worst, p_worst = np.full(len(c), -1, dtype=np.int64), np.full(len(c), np.nan)
@@ -240,7 +249,7 @@ def _outliers(
         others_values = np.where(rest, c, 0.0)
         middle = _sum(others_values) / (k - 1)
         squares = _sum(np.where(rest, c - middle[:, None], 0.0) ** 2)
-        between = _solved(freedom, others_values, v, rest, squares) if with_errors else squares / freedom
+        between = _solve_tau2(freedom, others_values, v, rest, squares) if with_errors else squares / freedom
         center, se2 = _mean(between, others_values, v, rest, unit_weights=not with_errors)
         error = np.sqrt(between + se2 + (v[rows, candidate] if with_errors else 0.0))
         deviation = np.abs(c[rows, candidate] - center)

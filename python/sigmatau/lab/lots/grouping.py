@@ -1,4 +1,4 @@
-"""Groups the rows of a table of runs by group, channel and term, and estimates the random effects of each."""
+"""Cells of a table of runs, one for each group, channel and term, and the random effects of each cell."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sigmatau.lab.lots.runs import LIMITED, OBSERVED, SIGNED, WITHOUT_ERROR, Run
 
 @frozen(eq=False)
 class Cells:
-    """Groups of values; arrays with one entry per cell."""
+    """Cells of a table of runs: the values of a group, channel and term. Arrays have one entry per cell."""
 
     group: Ints  # position of the group's name
     label: Ints  # position of the label
@@ -85,13 +85,13 @@ def sort_into_cells(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool
 
 
 def estimate_effects(table: RunTable, cells: Cells, *, level: float) -> GroupEffects:
-    """Random effects of all cells; cells with similar numbers of runs are computed together."""
+    """Estimate the random effects of all cells; cells with similar numbers of runs are computed together."""
     signed = np.array([label.term in SIGNED for label in table.labels], dtype=bool)
     count = len(cells.valued)
     estimates: dict[str, NDArray[Any]] = {}
     for estimate in fields(GroupEffects):
-        whole = estimate.name in ("k", "outlier")
-        estimates[estimate.name] = np.zeros(count, dtype=np.int64) if whole else np.full(count, np.nan)
+        is_integer = estimate.name in ("k", "outlier")
+        estimates[estimate.name] = np.zeros(count, dtype=np.int64) if is_integer else np.full(count, np.nan)
     estimates["outlier"][:] = -1
     size = np.ceil(np.log2(np.maximum(cells.valued, 1))).astype(int)
     for has_errors in (False, True):
@@ -104,10 +104,10 @@ def estimate_effects(table: RunTable, cells: Cells, *, level: float) -> GroupEff
             valid = columns < cells.valued[chosen, None]
             places = np.where(valid, cells.first[chosen, None] + columns, 0)
             row = cells.order[places]
-            plain = signed[cells.label[chosen]][:, None]
+            is_signed = signed[cells.label[chosen]][:, None]
             value = np.where(valid, table.value[row], 1.0)
             with np.errstate(divide="ignore", invalid="ignore"):
-                value = np.where(plain, value, np.log(value))
+                value = np.where(is_signed, value, np.log(value))
             values = np.where(valid, value, np.nan)
             errors = np.where(valid, table.error[row], np.nan) if has_errors else None
             part = group_effects(values, errors, level=level)
@@ -117,7 +117,7 @@ def estimate_effects(table: RunTable, cells: Cells, *, level: float) -> GroupEff
 
 
 def holm(p: Floats, group: Ints) -> Floats:
-    """P-values corrected for the number of tests of each group (S. Holm, Scand. J. Statist. 6, 1979); NaN stays NaN."""
+    """Correct p-values for the number of tests of each group (S. Holm, Scand. J. Statist. 6, 1979); NaN remains NaN."""
     corrected = np.full(len(p), np.nan)
     tested = np.flatnonzero(~np.isnan(p))
     order = tested[np.lexsort((p[tested], group[tested]))]

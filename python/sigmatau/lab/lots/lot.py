@@ -1,4 +1,4 @@
-"""`judge_lot`: judges a lot of units against a specification and against each other. Every unit gets exactly one state."""
+"""`judge_lot`: compares the units of a lot with a specification and with each other. Every unit gets exactly one state."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
 Result: TypeAlias = "Analysis | FailedAnalysis | Mapping[str, Any] | str | Path | Exception"
 
+# codes of remarks that explain all others of a unit
 _CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "orientation", "implausible_unit")
-_OPEN = ("undecided", "not_measured", "no_model")  # remarks that the option `undecided` decides on
+# codes of remarks whose effect the option `undecided` sets
+_UNDECIDED = ("undecided", "not_measured", "no_model")
 
 
 def examine(
@@ -42,7 +44,7 @@ def examine(
     sided: Sided | None = None,
     bias: Bias | None = None,
 ) -> UnitResult:
-    """Examine one unit, for `judge_lot`. An error that is given or raised becomes the reason why there is no result."""
+    """Examine one unit, for `judge_lot`. An error, passed or raised, becomes the reason why the unit has no result."""
     if isinstance(result, Exception):
         return without_result(str(result))
     path = str(result) if isinstance(result, str | Path) else ""
@@ -260,23 +262,24 @@ def _judged(
 def _is_cause(remark_: Remark) -> bool:
     """Whether a remark explains all others: motion, exchanged axes, a mistaken unit, or a wrong scale."""
     details = remark_.details
-    mistaken = not isinstance(details, OtherScale) or details.likely is not None or details.gravity is not None
-    return remark_.code in _CAUSES and remark_.kind != "note" and mistaken
+    if isinstance(details, OtherScale) and details.likely is None and details.gravity is None:
+        return False  # all curves are high or low, and no mistake explains it: a bad unit
+    return remark_.code in _CAUSES and remark_.kind != "note"
 
 
 def _state(remarks: Sequence[Remark], settings: JudgingOptions, *, with_spec: bool) -> State:
     """The state of a unit with a result."""
     doubts = [remark_ for remark_ in remarks if remark_.kind in ("judging", "data", "lot")]
     warned = settings.fail_on == "warning" and any(remark_.kind != "judging" for remark_ in doubts)
-    open_ = settings.undecided == "fail" and any(remark_.code in _OPEN for remark_ in doubts)
-    if warned or open_ or any(remark_.kind == "limit" for remark_ in remarks):
+    fails_undecided = settings.undecided == "fail" and any(remark_.code in _UNDECIDED for remark_ in doubts)
+    if warned or fails_undecided or any(remark_.kind == "limit" for remark_ in remarks):
         return "failed"
     return "not_judged" if doubts or not with_spec else "passed"
 
 
 def _accepted(remark_: Remark, settings: JudgingOptions) -> Remark:
     """Turn a remark that the options accept into a note."""
-    passes = settings.undecided == "pass" and remark_.code in _OPEN
+    passes = settings.undecided == "pass" and remark_.code in _UNDECIDED
     return (
         replace(remark_, kind="note")
         if remark_.kind != "limit" and (remark_.code in settings.accept or passes)

@@ -1,4 +1,4 @@
-"""Curves of a lot: their band, the scale of a unit against it, and the mistaken units that a scale shows."""
+"""Curves of a lot: their median and range, the scale of a unit against them, and mistaken units that explain a scale."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from sigmatau.units import STANDARD_GRAVITY
 
 @frozen(eq=False)
 class Band:
-    """The curves of a channel over the units: median, and the range of the middle four fifths of them.
+    """The curves of a channel of all units, with their median and the range of the middle four fifths.
 
     Attributes
     ----------
     channel : str
     quantity, unit : str
-        Quantity and unit of the rate; SI.
+        Quantity and SI unit of the rate.
     tau : ndarray, shape (n_tau,)
-        Averaging times of most units. [s]
+        The averaging times that most units have. [s]
     median, low, high : ndarray, shape (n_tau,)
         Median, 10 % and 90 % quantile of the units. [unit]
     curves : mapping of str to ndarray, shape (n_tau,)
-        By unit, at these times; NaN where it has none. [unit]
+        Curves by unit, at these times; NaN outside its curve. [unit]
     """
 
     channel: str
@@ -40,7 +40,7 @@ class Band:
 
 
 def band(channel: str, curves: Mapping[str, tuple[Floats, Floats]], *, quantity: str, unit: str) -> Band:
-    """The band of a channel, from averaging times and deviations by unit."""
+    """Build the band of a channel from averaging times and deviations by unit."""
     grids: dict[bytes, int] = {}
     for tau, _ in curves.values():
         grids[tau.tobytes()] = grids.get(tau.tobytes(), 0) + 1
@@ -69,8 +69,9 @@ def band(channel: str, curves: Mapping[str, tuple[Floats, Floats]], *, quantity:
 
 
 def scale(band_: Band, name: str) -> float | None:
-    """Logarithm of the ratio of a unit's curve to the median of the lot: the median over averaging times; None if they
-    have no averaging time in common.
+    """Logarithm of the ratio of the curve of a unit to the median of the lot, as a median over averaging times.
+
+    None if they have no averaging time in common.
     """
     curve = band_.curves.get(name)
     if curve is None:
@@ -94,13 +95,13 @@ FACTORS: Mapping[str, Sequence[tuple[float, str, str]]] = {
         (1000.0 / STANDARD_GRAVITY, "mg", "m/s^2"),
     ),
 }
-"""Factors of mistaken units by quantity: the numbers are in the first unit and were read in the second one."""
+"""Factors of mistaken units by quantity: numbers in the first unit were read as numbers in the second one."""
 
-_SAME_FACTOR = math.log(1.1)  # largest difference of the logarithms of a ratio and the factor that explains it
+_SAME_FACTOR = math.log(1.1)  # largest ratio, as a logarithm, between a scale and the factor that explains it
 
 
 def mistaken_units(quantity: str, ratio: float) -> tuple[str, str] | None:
-    """The unit of the numbers and the one that they were read in, if a mistaken unit explains the ratio."""
+    """The unit of the numbers and the unit that was assumed, if this mistake explains the ratio; otherwise None."""
     for factor, written_in, read_as in FACTORS.get(quantity, ()):
         if abs(math.log(ratio / factor)) < _SAME_FACTOR:
             return written_in, read_as

@@ -1,4 +1,4 @@
-"""Units of a lot under other conditions than the rest: they are named, and not compared with the others."""
+"""Units of a lot that were recorded under other conditions than the rest: they get a remark, and are not compared."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from sigmatau.lab.lots.lot_remark import Remark, remark
 from sigmatau.lab.lots.lot_unit import UnitResult
 
 CLEAR = 2 / 3
-"""Share of the units from which on a group is the lot, and the others are exceptions; otherwise nobody knows which group is
-right. [Judgement]
+"""Smallest share of the units with which a group counts as the lot, and the others as exceptions; without such a group it is
+not known which is right. [1] Judgement.
 """
 
 
 def comparable_units(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]) -> dict[str, UnitResult]:
-    """The units that are compared with each other, all under the same conditions. Adds remarks on the others.
+    """Select the units that were recorded under the same conditions, and add remarks on the others.
 
     If no group of a condition has two thirds of the units, no unit is compared.
     """

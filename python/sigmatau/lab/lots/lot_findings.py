@@ -14,15 +14,15 @@ from sigmatau.lab.lots.conditions import FactorName
 from sigmatau.results import duration_text
 
 FACTOR_WORDS: dict[FactorName, str] = {"temperature": "recorded", "supply": "supplied", "rate": "sampled"}
-"""Verb before the value of a condition."""
+"""Verb before the value of a condition: "recorded at 85 °C"."""
 
 _AS_LOTS = "none compared with another; judge each group as a lot"
 _MOST_GROUPS = 3  # largest number of groups that are named
-_FACTOR_FROM = 3.0  # ratio from which on a difference is printed as a factor: "57 times"
+_FACTOR_FROM = 3.0  # smallest ratio that is printed as a factor, "57 times", and not in per cent
 
 
 def difference(ratio: float) -> str:
-    """A ratio to a reference, whose name follows: ``"12 % above"``, ``"57 times"``, ``"1/57 of"``.
+    """A ratio in words, to be followed by the reference: ``"12 % above"``, ``"57 times"``, ``"1/57 of"``.
 
     Examples
     --------
@@ -125,7 +125,7 @@ class ImplausibleValue(ComparedValue, code="implausible_value"):
     Attributes
     ----------
     stated : str
-        Which value of the specification: ``"typical"``, ``"maximum"`` …
+        Kind of the value in the specification: ``"typical"``, ``"maximum"`` …
     """
 
     stated: str
@@ -156,7 +156,7 @@ class SlowNoise(OfLot, code="slow_noise"):
     ratio : float
         Ratio to the median of the lot. [1]
     what : str
-        Slow coefficient that the unit shows and the lot does not; empty without one.
+        Slow coefficient that the unit shows and the lot does not; empty if there is none.
     value : float or None
         Its value. [`factor` of `unit`]
     unit : str
@@ -211,7 +211,7 @@ class OtherScale(OfLot, code="other_scale"):
 
 @frozen
 class Orientation(OfLot, code="orientation"):
-    """The axes of a unit are not those of the lot: exchanged, reversed, or the unit is mounted in another way.
+    """The axes of a unit differ from those of the lot: they are exchanged or reversed, or the unit is mounted differently.
 
     Attributes
     ----------

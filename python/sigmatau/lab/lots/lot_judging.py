@@ -13,28 +13,28 @@ from sigmatau.lab.lots.lot_remark import Kind, Remark, remark
 from sigmatau.lab.lots.lot_unit import UnitResult
 
 DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
-"""Findings about a sensor or its unit with which no unit passes, even if the analysis could leave the samples out."""
+"""Defects of a sensor: a unit with such a finding does not pass, even if the analysis could leave the samples out."""
 
 ALLOWED_FOR = ("widened",)
-"""Warnings that the intervals include, so that they do not keep a unit from passing."""
+"""Warnings that the intervals already allow for, so that a unit with them can pass."""
 
 _FAR_FROM_TYPICAL = 10.0
-"""Ratio to a typical value from which on a value is implausible. Units of a type differ by far less; mistaken units (57.3,
-9.81 · 9.81, 1000, 3600) by more, except g and m/s², which the mean of the accelerometer distinguishes.
+"""Ratio to the typical value above which a value is implausible. Sensors of one type differ by far less. A mistaken unit
+of measurement changes a value by more (57.3, 9.81², 1000, 3600), except g and m/s², where the mean acceleration decides.
 """
 
-_FAR_FROM_MAXIMUM = 30.0  # the same below a maximum, which makers set several times above the typical value
+_FAR_FROM_MAXIMUM = 30.0  # the same ratio below a maximum: makers set maxima several times above the typical value
 
 
 def remarks_on_verdict(verdict: Verdict) -> list[Remark]:
     """Remarks on a comparison with a specification: values that exceed a maximum, cannot be judged, or are implausible."""
     remarks = [_above(judged) for judged in verdict.of("out")]
-    open_: dict[str, list[Judged]] = {}
+    without_maximum: dict[str, list[Judged]] = {}
     for judged in verdict.judged:
         if judged.status == "out":
             continue
         if not any(reading.maximum is not None for reading in judged.readings):
-            open_.setdefault(f"{_sensor(judged.channel)} {judged.claim.label}", []).append(judged)
+            without_maximum.setdefault(f"{_sensor(judged.channel)} {judged.claim.label}", []).append(judged)
         elif not judged.may_be_out:
             continue  # below its maximum in every convention; the typical value decides nothing
         elif judged.doubt is not None and judged.doubt.of_model:
@@ -43,8 +43,8 @@ def remarks_on_verdict(verdict: Verdict) -> list[Remark]:
             remarks.append(remark(NotMeasured(what=judged.claim.label), "judging", (judged.channel,)))
         elif judged.status == "undecided":
             remarks.append(_undecided(judged))
-    if open_:
-        remarks.append(remark(NoMaximum(what=", ".join(open_)), "judging"))
+    if without_maximum:
+        remarks.append(remark(NoMaximum(what=", ".join(without_maximum)), "judging"))
     remarks += [remark(NotMeasured(), "judging", (name,)) for name in verdict.missing]
     if not verdict.judged and not verdict.missing:
         remarks.append(remark(NoMaximum(what="the noise of the measured channels"), "judging"))
@@ -67,7 +67,7 @@ def _merged(remarks: Iterable[Remark]) -> list[Remark]:
 
 
 def _above(judged: Judged) -> Remark:
-    # With two meanings of a claim, the one closer to its limit: the value exceeds the limit in both.
+    # If a claim has two meanings, the value exceeds both limits; the closer limit is reported.
     reading = min(
         (reading for reading in judged.readings if reading.maximum is not None),
         key=lambda reading: (
@@ -95,7 +95,7 @@ def _undecided(judged: Judged) -> Remark:
     reading = next(reading for reading in judged.readings if reading.maximum is not None)
     assert reading.maximum is not None
     text, factor = judged.claim.display()
-    several = (
+    depends = (
         len(judged.readings) > 1 and len({reading.maximum and reading.maximum.side for reading in judged.readings}) > 1
     )
     details = Undecided(
@@ -106,7 +106,7 @@ def _undecided(judged: Judged) -> Remark:
         factor=factor * reading.meaning.factor,
         low=reading.measured.low,
         high=reading.measured.high,
-        convention=None if not several else "sided" if judged.claim.key == "noise_density" else "bias",
+        convention=None if not depends else "sided" if judged.claim.key == "noise_density" else "bias",
     )
     return remark(details, "judging", (judged.channel,))
 
@@ -134,7 +134,7 @@ def _ratios(judged: Judged) -> Iterator[ImplausibleValue]:
         ratios.append(value / (stated * reading.meaning.factor))
     if not ratios:
         return
-    ratio = min(ratios, key=lambda ratio: abs(math.log(ratio)))  # with two meanings, the better one
+    ratio = min(ratios, key=lambda ratio: abs(math.log(ratio)))  # if a claim has two meanings, the more plausible one
     tolerance = _FAR_FROM_TYPICAL if claim.typical is not None else _FAR_FROM_MAXIMUM
     if ratio < 1 / tolerance or (ratio > _FAR_FROM_TYPICAL and (claim.typical is not None or ratio > tolerance)):
         name = claim.usual if claim.typical is not None else "maximum"

@@ -1,4 +1,4 @@
-"""Means of a unit against the lot: orientation and signs of the axes, gravity, and outlying means.
+"""Means of a unit compared with the lot: orientation and signs of the axes, gravity, and outlying means.
 
 The mean of an accelerometer is gravity, that of a gyro its bias and the earth rate. A unit with an outlying mean is compared
 with all 47 changes of the axes of the lot.
@@ -25,20 +25,20 @@ from sigmatau.record import stream_name
 from sigmatau.units import STANDARD_GRAVITY
 
 _TOLERANCE = 4.5
-"""Largest difference from a change of the axes, in standard deviations of the means over the units."""
+"""Largest difference between the means of a unit and those that a change of axes predicts, in standard deviations of the
+means over the units."""
 
-_TOLERANCE_OF_SIZE = 0.05  # the same relative to the mean vector: tilt of the fixture, bias
+_TOLERANCE_OF_SIZE = 0.05  # this difference as a share of the mean vector: tilt of the fixture, bias [1]
 _DISTINCT = 2.0  # smallest ratio of the difference from the lot to the tolerance, for a change of the axes
-_LEAST_SCALE = (
-    0.02  # smallest relative difference of gravity that is reported: bias and tilt of a good sensor are below
-)
-# Ratios of the median mean acceleration to gravity between which a lot shows gravity. [1] Judgement: every scale error and
-# bias of a working accelerometer is within, a record without gravity is far below.
+# Smallest relative difference of gravity that is reported. [1] Judgement: bias and tilt of a good sensor are below.
+_LEAST_SCALE = 0.02
+# Smallest and largest ratio of the median mean acceleration to gravity with which a lot shows gravity. [1] Judgement: scale
+# errors and biases of working accelerometers are within it, and a record without gravity is far below.
 _GRAVITY_FROM, _GRAVITY_TO = 0.5, 2.0
-# Smallest outlying difference of a mean over its standard error. [1] Judgement: means of records whose mean was removed
-# differ by rounding.
+# Smallest difference of an outlying mean from the median, in its standard errors. [1] Judgement: the means of records from
+# which the mean was subtracted differ only by rounding.
 _SIGNIFICANT = 3.0
-_SHOWN = 0.1  # smallest relative difference of gravity that the noise can confirm
+_CONFIRMABLE = 0.1  # smallest relative difference of gravity that the noise can confirm [1]
 _MOST_WAYS = 2  # largest number of explanations that are named
 _ALONG = 0.9  # smallest share of gravity along an axis that is called vertical
 
@@ -54,13 +54,13 @@ class SensorMeans:
     channels : tuple of str
         Its axes x, y, z.
     quantity, unit : str
-        Of the rate.
+        Quantity and SI unit of the rate.
     names : tuple of str
-        Units.
+        Names of the units.
     values : ndarray, shape (n, 3)
-        [unit]
+        Means of the axes by unit. [unit]
     errors : ndarray, shape (n, 3)
-        Standard errors of the means by the white noise alone; 0 if it is not known. [unit]
+        Standard errors of the means from the random walk alone; 0 if it is unknown. [unit]
     """
 
     sensor: str
@@ -90,7 +90,7 @@ class SensorMeans:
         return axis if along else None
 
     def changes(self, row: int) -> tuple[AxisChange, ...]:
-        """The changes of the axes that explain the means of a unit, if they differ from those of the lot."""
+        """The changes of the axes that explain the means of a unit; empty if its means are those of the lot."""
         tolerance = max(_TOLERANCE * float(self.spread.max()), _TOLERANCE_OF_SIZE * float(np.linalg.norm(self.center)))
         if np.abs(self.values[row] - self.center).max() <= _DISTINCT * tolerance:
             return ()
@@ -100,7 +100,7 @@ class SensorMeans:
 
 
 def collect_means(units: Mapping[str, UnitResult]) -> list[SensorMeans]:
-    """The means of the gyros and accelerometers that have three axes in enough units."""
+    """Collect the means of gyros and accelerometers with three axes, if enough units have them."""
     sensors: dict[tuple[str, str], None] = {}
     for unit in units.values():
         for name, channel in unit.channels.items():
@@ -149,10 +149,10 @@ def compare_means(
     probability: float,
     judged: bool,
 ) -> set[tuple[str, str]]:
-    """Add remarks on orientation, gravity and outlying means; return the units and sensors with another gravity.
+    """Add remarks on orientation, gravity and outlying means; return the units and sensors whose gravity differs.
 
-    `levels`: by unit and sensor, the logarithm of the ratio of its curves to those of the lot. `without`: units and sensors
-    with a reason already. `probability`: that a lot without a fault gets a remark.
+    `levels`: logarithm of the ratio of the curves to those of the lot, by unit and sensor. `without`: units and sensors that
+    already have a remark on their scale. `probability`: probability that a lot without a fault gets a remark.
     """
     sensors = collect_means(units)
     families = sum(3 + (means.quantity == "acceleration") for means in sensors)
@@ -188,9 +188,9 @@ def _gravity(
     without: Set[tuple[str, str]],
     probability: float,
 ) -> set[tuple[str, str]]:
-    """Units whose gravity differs from that of the lot, with or without their noise."""
+    """Add remarks on units whose gravity differs from that of the lot; if the noise differs too, the scale is wrong."""
     sizes = np.linalg.norm(means.values, axis=1)
-    # Without gravity, the size of the mean is that of the biases, whose logarithm is skewed.
+    # In a lot without gravity, the length of the mean vector is that of the biases, and its logarithm is skewed.
     if not (sizes > 0).all() or not _GRAVITY_FROM < float(np.median(sizes)) / STANDARD_GRAVITY < _GRAVITY_TO:
         return set()
     logs = np.log(sizes)
@@ -201,7 +201,7 @@ def _gravity(
         if abs(difference) < _LEAST_SCALE or (name, means.sensor) in without:
             continue
         level = levels.get((name, means.sensor))
-        confirmed = abs(difference) >= _SHOWN and level is not None and abs(level - difference) < abs(level)
+        confirmed = abs(difference) >= _CONFIRMABLE and level is not None and abs(level - difference) < abs(level)
         gravity = math.exp(difference)
         details = OtherScale(ratio=math.exp(level) if confirmed and level is not None else 1.0, gravity=gravity)
         remarks[name].append(remark(details, "lot", means.channels))
@@ -210,7 +210,7 @@ def _gravity(
 
 
 def _mixed_orientations(means: SensorMeans) -> MixedLot | None:
-    """The directions of gravity in a lot, if none of them has two thirds of the units; None for any other lot."""
+    """The directions of gravity in a lot, if no direction has two thirds of the units; otherwise None."""
     if means.quantity != "acceleration":
         return None
     sizes = np.linalg.norm(means.values, axis=1)
@@ -225,7 +225,7 @@ def _mixed_orientations(means: SensorMeans) -> MixedLot | None:
 
 
 def _orientation(outlying: Sequence[tuple[SensorMeans, int, list[int]]], *, judged: bool) -> list[Remark]:
-    """The change of the axes that explains the means of all outlying sensors of a unit; else of each of them alone."""
+    """Remarks on the outlying sensors of a unit: a change of axes that explains all, otherwise one for each sensor."""
     explained = [(means, row, means.changes(row)) for means, row, _ in outlying]
     common = [change for change in CHANGES if all(change in changes for _, _, changes in explained if changes)]
     results, turned = [], [entry for entry in explained if entry[2]]
@@ -253,7 +253,7 @@ def _details(
 
 
 def _distinct(changes: Sequence[AxisChange], vertical: int | None) -> tuple[AxisChange, ...]:
-    """The first changes that differ in words."""
+    """The first changes whose words differ."""
     by_words: dict[str, AxisChange] = {}
     for change in changes:
         by_words.setdefault(change.words(vertical), change)

@@ -20,14 +20,14 @@ from sigmatau.lab.lots.lot_unit import UnitResult
 from sigmatau.record import stream_name
 from sigmatau.results import printable
 
-_MIN_UNITS = 3  # smallest number of units with a median to compare with
+_MIN_UNITS = 3  # smallest number of units that are compared with their median
 _OTHER_SCALE = math.log(5)
-"""Factor by which all curves of a sensor differ from those of the lot, on all axes, if its unit is wrong or it is bad. Units
-of a type differ by tens of per cent.
+"""Smallest ratio of the curves of all axes of a sensor to those of the lot that is reported as another scale. Sensors of one
+type differ by tens of per cent.
 """
 
 _SAME_ON_AXES = math.log(1.5)  # largest difference of the scale between the axes of a sensor
-_SHORT = 0.8  # ratio to the usual length
+_SHORT = 0.8  # ratio to the median length below which a record is short [1]
 
 
 def compare_units(
@@ -38,8 +38,10 @@ def compare_units(
     *,
     judged: bool,
 ) -> None:
-    """Add remarks by unit. `compared`: the units under the same conditions, with their distributions. `judged`: whether
-    there is a specification; outliers are then only notes.
+    """Add remarks by unit.
+
+    `compared`: units under the same conditions, from which the distributions were computed. `judged`: whether there is a
+    specification; outliers are then only notes.
     """
     units_with_channels = {name: unit for name, unit in units.items() if unit.channels}
     _same_data(units_with_channels, remarks)
@@ -76,7 +78,7 @@ def _same_data(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]
 
 
 def _levels(units: Mapping[str, UnitResult], bands: Mapping[str, Band]) -> dict[tuple[str, str], dict[str, float]]:
-    """By unit and sensor, the logarithm of the ratio of the curve to that of the lot by channel."""
+    """Logarithm of the ratio of the curve to that of the lot, by unit and sensor and then by channel."""
     levels: dict[tuple[str, str], dict[str, float]] = {}
     for name, unit in units.items():
         for channel in unit.channels:
@@ -91,7 +93,7 @@ def _other_scales(
     levels: Mapping[tuple[str, str], Mapping[str, float]],
     remarks: dict[str, list[Remark]],
 ) -> set[tuple[str, str]]:
-    """Units with a sensor of another scale than the lot. Adds remarks and returns the sensors."""
+    """Add remarks on sensors with another scale than the lot; return their units and sensors."""
     named = set()
     for (name, sensor), ratios in levels.items():
         values = np.array(list(ratios.values()))
@@ -106,7 +108,7 @@ def _other_scales(
 
 
 def _other_records(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]) -> None:
-    """Units whose records are shorter, or of other channels than the rest of the lot."""
+    """Add remarks on units whose records are shorter, or have other channels, than those of the lot."""
     lengths = {name: max(part.duration for part in unit.channels.values()) for name, unit in units.items()}
     usual_length = float(np.median(list(lengths.values())))
     sets = Counter(tuple(sorted(unit.channels)) for unit in units.values())

@@ -15,10 +15,10 @@ from sigmatau.lab.lots.lot_words import what_text, what_unit
 from sigmatau.noise.terms import SLOW, TERMS
 from sigmatau.record import stream_name
 
-_SAME_ON_AXES = 0.5  # smallest difference of an axis, as a share of that of the sensor, for an outlier of all axes
+_SAME_ON_AXES = 0.5  # smallest deviation of each axis, as a share of that of their mean, for an outlier of all axes
 _SLOW = math.log(1.5)
-"""Smallest ratio of the Allan deviation at a long averaging time to that of the lot, beyond the ratio of the whole curve.
-Less is the scatter of few clusters.
+"""Smallest ratio of the Allan deviation at a long averaging time to that of the lot, over the ratio of the whole curve.
+Smaller ratios are within the scatter of so few clusters.
 """
 
 
@@ -29,7 +29,7 @@ def outlier_remarks(
     judged: bool,
     scaled: set[tuple[str, str]],
 ) -> dict[str, list[Remark]]:
-    """Remarks by unit; notes if there is a specification (`judged`). Units and sensors in `scaled` have a reason already."""
+    """Remarks by unit; they are notes if there is a specification (`judged`). Units and sensors in `scaled` are skipped."""
     remarks: dict[str, list[Remark]] = {}
     covered: set[tuple[str, str, str]] = set()  # unit, channel, coefficient
     by_channel = {(part.channel, part.what): part for part in distributions.values}
@@ -50,7 +50,7 @@ def outlier_remarks(
 
 
 def _is_on_all_axes(name: str, ratio: float, axes: Sequence[Distribution]) -> bool:
-    """Whether all axes of a sensor differ from the lot as their mean does."""
+    """Whether each axis of a sensor differs from the lot in the same direction as their mean, and by a similar factor."""
     mean = math.log(ratio)
     for axis in axes:
         value = float(axis.values[axis.units.index(name)])

@@ -1,4 +1,4 @@
-"""`Remark`: a finding about a unit of a lot, with its weight in the state of the unit."""
+"""`Remark`: a finding about a unit of a lot, and its effect on the state of the unit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STATES: tuple[State, ...] = ("failed", "not_judged", "unreadable", "missing", "p
 Kind = Literal["limit", "judging", "data", "lot", "note"]
 
 _SEVERITIES: dict[Kind, Severity] = {"limit": "error", "note": "info"}
-_NUMBERS = ("what", "value", "limit", "ratio")  # details that the JSON of a remark has
+_JSON_DETAILS = ("what", "value", "limit", "ratio")  # details that the JSON of a remark has
 
 
 @frozen
@@ -28,7 +28,7 @@ class Remark:
     Attributes
     ----------
     finding : Finding
-        Finding about the lot, see `sigmatau.lab.lots.lot_findings`, or of the analysis.
+        A finding of `sigmatau.lab.lots.lot_findings`, or of the analysis.
     kind : {"limit", "judging", "data", "lot", "note"}
         ``"limit"``: a maximum is exceeded. ``"judging"``: a claim cannot be judged. ``"data"``: a warning about the record.
         ``"lot"``: the unit does not fit the others. ``"note"``: reported only.
@@ -66,12 +66,12 @@ class Remark:
             "code": self.code,
             "kind": self.kind,
             "channels": list(self.channels),
-            **{key: details[key] for key in _NUMBERS if details.get(key) not in (None, "")},
+            **{key: details[key] for key in _JSON_DETAILS if details.get(key) not in (None, "")},
             "message": self._text(self.finding.words_of_files().message),
         }
 
 
 def remark(details: Details, kind: Kind, channels: tuple[str, ...] = ()) -> Remark:
-    """A remark of the lot itself."""
+    """Make a remark from a finding of the comparison with a specification or with the lot."""
     finding = Finding(details=details, severity=_SEVERITIES.get(kind, "warning"), channels=channels)
     return Remark(finding=finding, kind=kind, channels=channels)

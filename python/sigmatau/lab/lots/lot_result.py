@@ -44,7 +44,7 @@ class JudgingOptions:
     level : float
         Confidence level.
     factor : float or None
-        Maximum over the typical value, where the specification states no maximum: a factor.
+        Factor from the typical value to the maximum, where the specification states no maximum.
     sided : {"one", "two"} or None
         Convention of noise densities.
     bias : {"minimum", "coefficient"} or None
@@ -79,7 +79,7 @@ class JudgedUnit:
     name : str
     state : {"passed", "failed", "not_judged", "unreadable", "missing"}
     remarks : tuple of Remark
-        Remarks, those that decide first.
+        Remarks; those that decide the state come first.
     result : UnitResult
     """
 
@@ -228,8 +228,8 @@ class Lot(Tabular):
         """0: all passed; 3: a unit failed; 4: a unit is not judged, not read or missing, or there is no specification."""
         if self.of("failed"):
             return FAILED
-        open_ = self.of("not_judged") or self.of("unreadable") or self.of("missing") or self.too_many
-        return OPEN if open_ else 0
+        unfinished = self.of("not_judged") or self.of("unreadable") or self.of("missing") or self.too_many
+        return OPEN if unfinished else 0
 
     @property
     def drifts(self) -> tuple[Distribution, ...]:
@@ -347,7 +347,7 @@ class Lot(Tabular):
         *channels : str
             Which channels. Default: all.
         ax : matplotlib axes, or sequence of them, optional
-            One a channel. Default: a new figure.
+            One for each channel. Default: a new figure.
 
         Returns
         -------
@@ -416,7 +416,7 @@ class Lot(Tabular):
     def limit_lines(self, channel: str, tau: Floats) -> list[tuple[str, Floats]]:
         """Maxima of the specification as lines in the plot of the curves.
 
-        A term alone must lie below its line.
+        Each term of a unit, drawn alone, must lie below its line; a curve is the sum of all terms.
 
         Parameters
         ----------

@@ -30,9 +30,9 @@ from sigmatau.results import WIDTH, aligned, printable, wrapped
 
 _MOST_UNITS = 10  # largest number of units that are listed, each with its reason
 _MOST_LINES = 3  # largest number of lines per unit
-_ALIKE = 3  # number of units with the same reason from which on they share a line
-_MOST_OUTLIERS = 4
-_MOST_NAME = 24  # longest name of a unit [characters]
+_ALIKE = 3  # smallest number of units with the same reason that share a line
+_MOST_OUTLIERS = 4  # largest number of outliers that are listed
+_LONGEST_NAME = 24  # longest name of a unit [characters]
 
 
 def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str:
@@ -41,8 +41,8 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
     Parameters
     ----------
     lot : Lot
-    most : int
-        Units that are listed; the others are only counted.
+    max_units : int
+        Largest number of units that are listed; the others are only counted.
     width : int
         Width of the terminal.
     """
@@ -70,15 +70,15 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
 
 
 def _orientations(lot: Lot, width: int) -> list[str]:
-    """The orientations of a lot of which none is usual, so that no unit is named."""
+    """The orientations of the units, if no orientation has most of them, so that no unit is an exception."""
     notes = (remark for unit in lot.units for remark in unit.remarks if remark.kind == "note")
     mixed = next((remark for remark in notes if isinstance(remark.details, MixedLot)), None)
     return [] if mixed is None else wrapped([f"{mixed.text}."], width=width)
 
 
 def _only_described(lot: Lot, width: int) -> list[str]:
-    """Without a specification: remarks about the units that fit the others."""
-    shown = {unit.name for unit in told_units(lot)}
+    """Number of units without a remark, if there is no specification."""
+    shown = {unit.name for unit in listed_units(lot)}
     fit = sum(unit.state == "not_judged" and unit.name not in shown for unit in lot.units)
     if lot.spec is not None or not fit:
         return []
@@ -88,18 +88,18 @@ def _only_described(lot: Lot, width: int) -> list[str]:
 
 
 def _only_typical(lot: Lot, rows: Sequence[Pooled], width: int) -> list[str]:
-    """With a specification without any maximum: why no unit passes, and what would change that."""
+    """Explanation why no unit passes, if the specification has no maximum."""
     if lot.spec is None or not rows or any(row.limits for row in rows):
         return []
     if any(claim.maximum is not None for claim in lot.spec.claims):
         return []
     factor = worded(str(Hint("factor", value=1.5)))
-    text = f"{lot.spec.name} has typical values only, which pass no unit. {factor}: 1.5 times these values are maxima."
+    text = f"{lot.spec.name} has typical values only, so that no unit passes. {factor} makes 1.5 times these values maxima."
     return wrapped([text], width=width)
 
 
-def told_units(lot: Lot) -> list[JudgedUnit]:
-    """The units that are listed, worst state first: those that did not pass, and outliers that did."""
+def listed_units(lot: Lot) -> list[JudgedUnit]:
+    """The units that did not pass and have a remark, the worst state first."""
     order = {state: k for k, state in enumerate(STATES)}
     shown = [
         unit
@@ -112,7 +112,7 @@ def told_units(lot: Lot) -> list[JudgedUnit]:
 
 def _groups(lot: Lot) -> list[tuple[str, str, str]]:
     """State, name and reason of each listed unit. Many units with the same reason share a row."""
-    shown = told_units(lot)
+    shown = listed_units(lot)
     alike: dict[tuple[str, str], int] = {}
     for unit in shown:
         alike[unit.state, unit.reason] = alike.get((unit.state, unit.reason), 0) + 1
@@ -131,13 +131,11 @@ def _groups(lot: Lot) -> list[tuple[str, str, str]]:
 
 def _short(name: str) -> str:
     name = printable(name)
-    return name if len(name) <= _MOST_NAME else f"{name[: _MOST_NAME // 2 - 1]}…{name[-_MOST_NAME // 2 :]}"
+    return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME // 2 - 1]}…{name[-_LONGEST_NAME // 2 :]}"
 
 
 def _wrap_reason(head: str, reason: str, width: int) -> list[str]:
-    """Print a unit with its reason beside it, or below it in a narrow terminal. A long reason is only complete in the
-    files.
-    """
+    """Wrap a reason next to its unit, or below it in a narrow terminal. Only the files have the whole of a long reason."""
     indent = " " * (len(head) if len(head) <= width // 2 else 4)
     return textwrap.wrap(
         head + reason, width, subsequent_indent=indent, max_lines=_MOST_LINES, placeholder=" …", break_on_hyphens=False
@@ -150,8 +148,8 @@ def _cut(line: str, width: int) -> str:
 
 
 _HEAD = ("", "units", "median", "±%", "min", "max", "limit", "unit", "outliers")
-_SPARE = (4, 5)  # columns that are dropped in a narrow terminal
-_OUTLIERS = 8  # column that is shown only if there are outliers
+_OPTIONAL_COLUMNS = (4, 5)  # indices of the columns that are dropped in a narrow terminal
+_OUTLIER_COLUMN = 8  # index of the column that is shown only if there are outliers
 _NOTE = "±%: robust standard deviation over the units, median of the axes"
 
 
@@ -174,11 +172,11 @@ def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
             for row in rows
         ),
     ]
-    if not any(row[_OUTLIERS] for row in cells[1:]):
-        cells = [row[:_OUTLIERS] for row in cells]
+    if not any(row[_OUTLIER_COLUMN] for row in cells[1:]):
+        cells = [row[:_OUTLIER_COLUMN] for row in cells]
     lines = aligned(cells)
     if max(map(len, lines)) > width:
-        lines = aligned([tuple(cell for k, cell in enumerate(row) if k not in _SPARE) for row in cells])
+        lines = aligned([tuple(cell for k, cell in enumerate(row) if k not in _OPTIONAL_COLUMNS) for row in cells])
     note = [_NOTE] if any(row.units > 1 for row in rows) else []
     return [_cut(line, width) for line in [*lines, *note]]
 
@@ -221,7 +219,7 @@ def _yield_lines(lot: Lot) -> list[str]:
 
 
 def _outliers(lot: Lot) -> list[tuple[JudgedUnit, str]]:
-    """Units with notes about outliers, and the first of these; reasons of a state are printed beside the state."""
+    """Units with notes about outliers, and the most important note; notes that are reasons of a state are omitted."""
     results = []
     for unit in lot.units:
         notes = [remark for remark in unit.remarks if remark.code in _OUTLYING and remark not in unit.reasons]
@@ -239,8 +237,8 @@ def _order_lines(lot: Lot) -> list[str]:
     for part in sorted(lot.drifts, key=lambda part: part.p_value or 0.0):
         if part.order is None or (part.channels not in sensors and (part.channel, part.what) in pooled_whats):
             continue
-        place = "" if part.order.kind == "drift" else part.order.first
-        groups.setdefault(("up" if part.order.change > 0 else "down", place), []).append(part)
+        first_unit = "" if part.order.kind == "drift" else part.order.first
+        groups.setdefault(("up" if part.order.change > 0 else "down", first_unit), []).append(part)
     lines = []
     for members in groups.values():
         first = members[0]

@@ -1,4 +1,4 @@
-"""Series of a lot: values of each coefficient by unit, by channel and over the axes of a sensor; and their statistics."""
+"""Series of a lot: each coefficient by unit, for a channel or as a mean over the axes of a sensor; and their statistics."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from sigmatau.lab.lots.lot_unit import UnitCoefficient, UnitResult
 from sigmatau.noise.terms import TERMS
 from sigmatau.record import stream_name
 
-_WHATS = (*TERMS, "means_10", "means_100")
+_COEFFICIENTS = (*TERMS, "means_10", "means_100")
 _INTERVAL_WIDTH = 3.92  # width of a 95 % interval in standard errors
-_LONG = 8.0  # record length over the averaging time at which slow noise is compared: about six independent clusters
+_LONG = 8.0  # record length over the averaging time at which slow noise is compared: about six independent clusters [1]
 
 
 @frozen(eq=False)
@@ -28,7 +28,7 @@ class Distributions:
     values : tuple of Distribution
         Coefficients that at least half of the units show, by channel.
     sensors : tuple of Distribution
-        The same over the axes of each sensor.
+        Geometric means of these coefficients over the axes of each sensor.
     slow : tuple of Distribution
         Allan deviations at a long averaging time, by channel and by sensor.
     bands : tuple of Band
@@ -42,7 +42,7 @@ class Distributions:
 
 
 def collect_distributions(units: Mapping[str, UnitResult]) -> Distributions:
-    """Distributions of the coefficients that at least half of the units show, and the bands of the curves, by channel."""
+    """Collect the distributions of coefficients that at least half of the units show, and the bands of the curves."""
     channels: dict[str, dict[str, UnitResult]] = {}
     for name, unit in units.items():
         for channel in unit.channels:
@@ -50,28 +50,28 @@ def collect_distributions(units: Mapping[str, UnitResult]) -> Distributions:
     shown: list[Series] = []
     slow: list[Series] = []
     bands = []
-    for channel, those in channels.items():
-        first = next(iter(those.values())).channels[channel]
-        alike = {name: unit for name, unit in those.items() if unit.channels[channel].unit == first.unit}
+    for channel, channel_units in channels.items():
+        first = next(iter(channel_units.values())).channels[channel]
+        alike = {name: unit for name, unit in channel_units.items() if unit.channels[channel].unit == first.unit}
         curves = {name: (unit.channels[channel].tau, unit.channels[channel].adev) for name, unit in alike.items()}
         if not all(len(tau) for tau, _ in curves.values()):
             # A store may keep the curves of doubtful units alone, which are not those of the lot.
             curves = dict.fromkeys(curves, (np.empty(0), np.empty(0)))
         bands.append(band(channel, curves, quantity=first.quantity, unit=first.unit))
-        for what in _WHATS:
+        for what in _COEFFICIENTS:
             series = _series(channel, what, alike)
             if series is not None:
                 shown.append(series)
-        long = _long(bands[-1], alike)
-        if long is not None:
-            slow.append(long)
+        long_series = _long_series(bands[-1], alike)
+        if long_series is not None:
+            slow.append(long_series)
     over_axes, slow_over_axes = _over_axes(shown), _over_axes(slow)
     families = max(sum(map(len, (shown, slow, over_axes, slow_over_axes))), 1)
-    every = (*over_axes, *slow_over_axes)
-    orders = {(series.channels, series.what): series_order(series, families=families) for series in every}
+    sensor_series = (*over_axes, *slow_over_axes)
+    orders = {(series.channels, series.what): series_order(series, families=families) for series in sensor_series}
 
     def described(series: Series) -> Distribution:
-        # The Allan deviation at a long averaging time changes with the white noise, but scatters more.
+        # A change of the random walk changes this Allan deviation too, and is determined more precisely.
         whats = (series.what, "random_walk") if series.what == "adev" else (series.what,)
         sensor = [key for what in whats for key in orders if series.channels[0] in key[0] and key[1] == what]
         order = next((orders[key] for key in sensor if orders[key].effect is not None), None)
@@ -116,8 +116,8 @@ def _error(coefficient: UnitCoefficient) -> float:
     return math.log(coefficient.high / coefficient.low) / _INTERVAL_WIDTH if coefficient.low > 0 else math.inf
 
 
-def _long(curves: Band, units: Mapping[str, UnitResult]) -> Series | None:
-    """The Allan deviations of a channel at a long averaging time that nearly all units have."""
+def _long_series(curves: Band, units: Mapping[str, UnitResult]) -> Series | None:
+    """Series of the Allan deviations of a channel at a long averaging time that nearly all units have."""
     length = float(np.median([unit.channels[curves.channel].duration for unit in units.values()]))
     table = np.array([curves.curves[name] for name in units if name in curves.curves])
     if not len(table):
@@ -140,7 +140,7 @@ def _long(curves: Band, units: Mapping[str, UnitResult]) -> Series | None:
 
 
 def _over_axes(series: Sequence[Series]) -> list[Series]:
-    """Geometric means over the axes of a sensor, of the units that show a coefficient on all axes."""
+    """Geometric means over the axes of each sensor, for units that show a coefficient on all axes."""
     groups: dict[tuple[str, str], list[Series]] = {}
     for single in series:
         groups.setdefault((stream_name(single.channels[0]), single.what), []).append(single)

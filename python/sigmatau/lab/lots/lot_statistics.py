@@ -1,6 +1,6 @@
 """Statistics of a lot: distribution of a coefficient over the units, its change in the order of production, and outliers.
 
-Values are coefficients, which are positive: all computations use their logarithms, and results are printed in per cent.
+Coefficients are positive, so that all computations use their logarithms; results are printed in per cent.
 
 References
 ----------
@@ -24,7 +24,7 @@ from sigmatau.lab.lots.order_effect import FittedOrder, OrderEffect, fit_order
 from sigmatau.results import plain
 
 FALSE_ALARMS = 0.05
-"""Probability that a lot without a fault gets any remark of its comparison: the sum of the shares below (Bonferroni)."""
+"""Probability that comparing a lot without a fault results in any remark: the sum of the shares below (Bonferroni)."""
 
 COEFFICIENT_SHARE, ORDER_SHARE, MEAN_SHARE = 0.025, 0.015, 0.01
 """Shares of the outliers of coefficients and curves, of drifts and batches, and of orientation, means and gravity."""
@@ -33,7 +33,7 @@ LEAST_UNITS = 6
 """Smallest number of units for an outlier: the scale of fewer is too uncertain."""
 
 LEAST_DIFFERENCE = math.log(1.1)
-"""Smallest difference of an outlier from the median, 10 %: less does not matter in production, however significant it is."""
+"""Smallest difference of an outlier from the median, 10 %: less does not matter in production, even if it is significant."""
 
 _MOST_OUTLIERS = 0.25  # largest share of the units that may be outliers
 _ERRORS = 3.0  # smallest difference of an outlier in standard errors of its measurement
@@ -46,7 +46,7 @@ class Series:
     Attributes
     ----------
     channels : tuple of str
-        The channel; or the axes of a sensor, of which a value is the geometric mean.
+        The channel; or all axes of a sensor, if values are geometric means over them.
     what : str
         Term, ``"means_10"``, or ``"adev"``: the Allan deviation at the averaging time `tau`.
     units : tuple of str
@@ -54,7 +54,7 @@ class Series:
     logs : ndarray, shape (n,)
         Logarithms of the values, or of upper limits. [ln SI]
     errors : ndarray, shape (n,)
-        Their standard errors, 0 if not known.
+        Standard errors of the logarithms; 0 if unknown.
     limited : ndarray of bool, shape (n,)
         Which are upper limits.
     tau : float
@@ -80,7 +80,7 @@ class Distribution:
     Attributes
     ----------
     channel, what : str
-        Channel, or sensor; and term, ``"means_10"`` or ``"adev"``.
+        Channel or sensor, and the coefficient: a term, ``"means_10"`` or ``"adev"``.
     units : tuple of str
         Names of the units that show it, in their order.
     values : ndarray, shape (n,)
@@ -88,19 +88,19 @@ class Distribution:
     median, low, high : float
         Median, smallest and largest value. [SI]
     spread : float
-        Standard deviation of the logarithms, from their median absolute deviation: about a relative one.
+        Standard deviation of the logarithms, from their median absolute deviation: about the relative standard deviation.
     below : int
         Units that do not show the coefficient.
     outliers : mapping of str to float
-        Outlying units, and their ratio to the median, or to that of their place in the order.
+        Outlying units with their ratio to the median, or to the median after the change in the order is removed.
     order : OrderEffect or None
         Drift or batch; None unless it is significant.
     p_value : float or None
         P-value of no drift and no batch.
     channels : tuple of str
-        The channel; or the axes of a sensor, of which a value is the geometric mean.
+        The channel; or all axes of a sensor, if values are geometric means over them.
     tau : float
-        Averaging time of an Allan deviation, else 0. [s]
+        Averaging time of an Allan deviation, otherwise 0. [s]
     """
 
     channel: str
@@ -125,7 +125,7 @@ class Distribution:
 
 
 def distribution(channel: str, series: Series, *, families: int, order: FittedOrder | None = None) -> Distribution:
-    """The distribution of a coefficient over units: its change in their order, and its outliers.
+    """Compute the distribution of a coefficient over units, its change in their order, and its outliers.
 
     Parameters
     ----------
@@ -133,9 +133,9 @@ def distribution(channel: str, series: Series, *, families: int, order: FittedOr
         Its channel or sensor.
     series : Series
     families : int
-        Number of series of the lot, which share the false alarms.
+        Number of series of the lot, by which the false-alarm rate is divided.
     order : FittedOrder, optional
-        Change that is used for the outliers if the series has none itself: that of the sensor.
+        Change of the sensor. It is removed before outliers are searched, if the series itself has no significant change.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def distribution(channel: str, series: Series, *, families: int, order: FittedOr
     rest = logs - np.array([removed.changes.get(name, 0.0) for name in names])
     rest = rest - float(np.median(rest))
     middle = float(np.median(logs))
-    # Slow noise is reported only above the lot, so that both tails of the test are used.
+    # Only slow noise above that of the lot is reported, so that the probability of both tails is given to one.
     sides = 2 if series.what == "adev" else 1
     picked = outliers(rest, series.errors[shown], probability=sides * COEFFICIENT_SHARE / families)
     picked = [k for k in picked if sides == 1 or rest[k] > 0]
@@ -171,7 +171,7 @@ def distribution(channel: str, series: Series, *, families: int, order: FittedOr
 
 
 def series_order(series: Series, *, families: int) -> FittedOrder:
-    """The change of a series in the order of production, with the share of the false alarms of one of several series."""
+    """Fit the change of a series in the order of production, with the false-alarm rate of one of several series."""
     return fit_order(series.units, series.logs, series.limited, probability=ORDER_SHARE / families, dates=series.dates)
 
 
@@ -184,9 +184,9 @@ def outliers(logs: Floats, errors: Floats, *, probability: float) -> list[int]:
     logs : ndarray, shape (n,)
         Logarithms.
     errors : ndarray, shape (n,)
-        Standard errors of the logarithms: who was measured badly is not an outlier for it.
+        Standard errors of the logarithms. A value within three standard errors is not an outlier.
     probability : float
-        That a lot without outliers has one.
+        Probability that an outlier is reported in a lot without outliers.
     """
     middle = float(np.median(logs))
     return [
@@ -202,9 +202,9 @@ def extreme_values(values: Floats, *, probability: float) -> list[int]:
     Parameters
     ----------
     values : ndarray, shape (n,)
-        Values; of fewer than `LEAST_UNITS`, none is extreme.
+        Values; if they are fewer than `LEAST_UNITS`, none is extreme.
     probability : float
-        That values of one normal distribution have an extreme one.
+        Probability that an extreme value is reported in a sample of one normal distribution.
     """
     n = len(values)
     if n < LEAST_UNITS:
@@ -214,7 +214,7 @@ def extreme_values(values: Floats, *, probability: float) -> list[int]:
         x = values[remaining]
         scale = float(np.std(x, ddof=1))
         if not scale > 0:
-            # If all others are equal, any other value is far from them.
+            # All remaining values are equal, and any other value is extreme.
             break
         worst = int(np.argmax(np.abs(x - x.mean())))
         ratio = abs(float(x[worst] - x.mean())) / scale

@@ -1,5 +1,5 @@
-"""Summary of one unit of a lot: the parts of a result of `analyze` that comparisons need, so that thousands fit in
-memory.
+"""Summary of one unit of a lot: only the parts of a result of `analyze` that comparisons need, so that the summaries of
+thousands of units fit in memory.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sigmatau.quality import reason_without_fits
 
 @frozen
 class UnitCoefficient:
-    """A coefficient, or the standard deviation of means, in SI; a ramp without its sign.
+    """A coefficient, or the standard deviation of means, in SI; of a ramp, its absolute value.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class UnitChannel:
     quantity : str
         ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
     unit : str
-        Quantity and unit of the rate; SI.
+        SI unit of the rate.
     rate : float
         Sampling rate. [Hz]
     samples : int
@@ -83,7 +83,7 @@ class UnitChannel:
 
 @frozen(eq=False)
 class UnitResult:
-    """The result of one unit, or why there is none.
+    """The result of one unit, or why it has no result.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class UnitResult:
     sha256 : str
         Checksum of the log; empty if not known.
     day : str
-        Day of the record, ``"2026-05-07"``, of its notes or the name of its log; empty if not known.
+        Day of the record, ``"2026-05-07"``, from its notes or the name of its log; empty if not known.
     channels : mapping of str to UnitChannel
         By name.
     findings : tuple of Finding
@@ -100,17 +100,17 @@ class UnitResult:
     rest : str
         Verdict about rest, as in `Analysis.rest`; empty if not known.
     reason : str
-        Why there are no coefficients, if the unit was not at rest or its record is too short to tell; else empty.
+        Why the result has no coefficients: the unit was not at rest, or the record is too short; otherwise empty.
     error : str
-        Why the unit has no result, without the file; empty if it has one.
+        Why the unit has no result, without the name of the file; empty if it has a result.
     absent : bool
         Whether there is no file at all.
     verdict : Verdict or None
         Comparison with the specification; None without a result or a specification.
     temperature : float or None
-        Of its notes, or else the mean of the thermometer of the log. [degC]
+        Temperature in the notes, otherwise the mean of the thermometer of the log. [degC]
     supply : float or None
-        Supply voltage of its notes, of a channel of the log, or of its name. [V]
+        Supply voltage in the notes, otherwise that of a channel of the log, or in its name. [V]
     """
 
     path: str = ""
@@ -173,6 +173,6 @@ def _channel(result: Analysis, name: str) -> UnitChannel:
 def _coefficient(term: FittedTerm) -> UnitCoefficient:
     value, low, high = (None if number is None else abs(number) for number in (term.value, term.low, term.high))
     if low is not None and high is not None:
-        across = (term.low or 0.0) < 0 < (term.high or 0.0)
-        low, high = 0.0 if across else min(low, high), max(low, high)
+        contains_zero = (term.low or 0.0) < 0 < (term.high or 0.0)
+        low, high = 0.0 if contains_zero else min(low, high), max(low, high)
     return UnitCoefficient(value=value, low=low, high=high, limit=term.upper_limit)

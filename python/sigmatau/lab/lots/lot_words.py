@@ -1,4 +1,4 @@
-"""The words of a lot: remarks, states, distributions, for the screen and all files alike."""
+"""Words about a lot that the screen and all files use: states, coefficients, counts, changes."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ def without_curves_text(remarks: Sequence[Sequence[Remark]]) -> str:
 
 
 def percent(ratio: float) -> str:
-    """A small relative number in per cent: ``"3.4"``."""
+    """A relative number in per cent, with two digits: ``"3.4"``."""
     return significant(100 * ratio, 2, zeros=True) if ratio > 0 and math.isfinite(ratio) else "0"
 
 
 def listed(names: Iterable[str], max_names: int = 3) -> str:
     """The first names, and the number of the others: ``"a, b, c and 4 more"``."""
-    every = [printable(name) for name in names]
-    suffix = f" and {len(every) - max_names} more" if len(every) > max_names else ""
-    return ", ".join(every[:max_names]) + suffix
+    all_names = [printable(name) for name in names]
+    suffix = f" and {len(all_names) - max_names} more" if len(all_names) > max_names else ""
+    return ", ".join(all_names[:max_names]) + suffix
 
 
 def change_text(effect: OrderEffect) -> str:

@@ -1,7 +1,7 @@
 """Change of a coefficient in the order of production: a drift, a batch, or a rise that begins with a unit.
 
-The change point is that of the shape with the largest ratio to its standard error [1]_, among all steps, batches, rises and
-the straight line; the p-value is multiplied by their number. Each shape is fitted by `estimate_effects`.
+All steps, batches and rises, and the straight line, are fitted by `estimate_effects`. The change is the one with the largest
+ratio to its standard error [1]_; its p-value is multiplied by the number of these shapes.
 
 References
 ----------
@@ -33,14 +33,14 @@ LEVEL = 0.95
 """Confidence level of the size of a drift or a batch."""
 
 _LEAST_BATCH = 4  # smallest number of units of a batch: the scale of fewer is too uncertain
-_MOST_CUTS = 60  # largest number of change points that are tried; of more units, evenly spaced ones
-_REFINED = 12  # number of shapes that are fitted robustly, the best ones of the fit to clipped values
-_TOLERANCE = (
-    2.0  # difference of the likelihood that a change between two dates may have, in ln n: it is likely before the test
-)
-_CHANGE_POINTS = 2  # degrees of freedom that the choice of the first and the last unit takes
+_MOST_CUTS = 60  # largest number of change points that are tried; in a longer series they are evenly spaced
+_REFINED = 12  # number of shapes that are fitted robustly: those that fit the clipped values best
+# A change between two dates is likely in advance: it is chosen unless its log-likelihood is lower than the best one by more
+# than this many ln n.
+_TOLERANCE = 2.0
+_CHANGE_POINTS = 2  # degrees of freedom lost by choosing the first and the last unit
 _ADJACENT = 6  # largest distance of change points that are tried for the interval of a size [units]
-_CLIP = 3.0  # largest difference from the median in that fit, in standard deviations
+_CLIP = 3.0  # difference from the median at which values are clipped, in standard deviations
 
 
 @frozen
@@ -50,7 +50,8 @@ class OrderEffect:
     Attributes
     ----------
     kind : {"drift", "batch", "rise"}
-        From the first to the last unit; of the units from `first` to `last`; or from `first` on, from unit to unit.
+        A drift from the first to the last unit; a step of the units from `first` to `last`; or a rise that begins with
+        `first` and grows from unit to unit.
     first, last : str
         First and last unit that differ.
     units : int
@@ -87,7 +88,7 @@ class FittedOrder:
     p_value : float or None
         P-value of no change; None for a series that is too short.
     changes : mapping of str to float
-        The change at each unit, without the value before it; empty without an effect. [ln]
+        The change at each unit against a unit before the change; empty without an effect. [ln]
     """
 
     effect: OrderEffect | None
@@ -117,9 +118,9 @@ def fit_order(
     limited : ndarray of bool, shape (n,)
         Which are upper limits.
     probability : float
-        That a series without a change has one.
+        Probability that a change is detected in a series without one.
     dates : sequence of str, optional
-        Dates of the units. Of change points that fit about as well, one between two dates is chosen.
+        Dates of the units. A change between two dates is preferred if it fits about as well as the best one.
 
     Returns
     -------
@@ -160,7 +161,7 @@ def fit_order(
 
 
 def _is_adjacent(shape: _Shape, center: _Shape) -> bool:
-    """Whether a shape is of the same kind, with change points within a few units of those of another one."""
+    """Whether a shape is of the same kind as another, and its change points are at most a few units away."""
     same_end = (shape.stop == center.stop) or center.stop < len(center.values)
     places = (abs(shape.start - center.start), abs(shape.stop - center.stop))
     return (
@@ -169,7 +170,7 @@ def _is_adjacent(shape: _Shape, center: _Shape) -> bool:
 
 
 def _between_units(shape: _Shape) -> list[Floats]:
-    """Rises that begin between two units, about the same place."""
+    """Rises that begin between two units, close to the start of a rise."""
     if shape.kind != "rise":
         return []
     order = np.arange(len(shape.values))
@@ -198,7 +199,7 @@ def _shapes(n: int) -> tuple[_Shape, ...]:
             shapes.append(_Shape(kind="rise", start=start, stop=n, values=np.maximum(order - start + 1, 0.0)))
         for stop in cuts:
             inside = stop - start
-            # A batch of more than half of the units is the others' change, unless it is the end.
+            # If more than half of the units differ, the others are the batch, unless the change lasts to the end.
             small = _LEAST_BATCH <= inside <= n / 2 or (stop == n and _LEAST_BATCH <= inside <= n - _LEAST_BATCH)
             if small and not (start == 0 and 2 * inside == n):
                 values = ((order >= start) & (order < stop)).astype(np.float64)
@@ -214,8 +215,8 @@ def _is_between_dates(shape: _Shape, dates: Sequence[str]) -> bool:
 
 
 def _best(table: Floats, logs: Floats, between: Sequence[int]) -> Ints:
-    """Positions of the shapes that fit clipped values best by least squares; of the straight line, which is the first; and
-    of the best ones between two dates.
+    """Positions of the shapes to fit robustly: those that fit the clipped values best by least squares, the best of them
+    between two dates, and the straight line, which is the first.
     """
     middle = float(np.median(logs))
     scale = SIGMA_OF_MAD * float(np.median(np.abs(logs - middle)))
@@ -228,7 +229,7 @@ def _best(table: Floats, logs: Floats, between: Sequence[int]) -> Ints:
 
 
 def _simplest(likelihoods: Floats, best: int, dated: Bools, tolerance: float) -> int:
-    """The straight line, which is the first, or the best change between two dates, if it fits about as well as the best."""
+    """Choose the straight line, which is the first, or the best change between two dates, if it fits about as well."""
     if likelihoods[best] - likelihoods[0] < tolerance:
         return 0
     if dated.any():

@@ -1,4 +1,4 @@
-"""Distributions of a lot with the channels of a sensor together, as tables and charts show them."""
+"""Distributions of a lot by sensor: its channels are combined, as tables and charts show them."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from sigmatau.record import stream_name
 
 @frozen(eq=False)
 class Pooled:
-    """A coefficient over all channels of a sensor and all units; numbers are in `unit`."""
+    """Values of a coefficient of all channels of a sensor in all units of the lot; numbers are in `unit`."""
 
     sensor: str
     what: str
     label: str
     unit: str
-    factor: float  # of the unit to SI
+    factor: float  # size of the unit in SI
     limits: tuple[float, ...]
-    distributions: Sequence[Distribution]  # of the channels
+    distributions: Sequence[Distribution]  # one for each channel
 
     @property
     def title(self) -> str:
@@ -33,7 +33,7 @@ class Pooled:
 
     @property
     def units(self) -> int:
-        """Number of units that show it."""
+        """Number of units that show the coefficient."""
         return len({name for distribution in self.distributions for name in distribution.units})
 
     @property
@@ -43,17 +43,17 @@ class Pooled:
 
     @property
     def spread(self) -> float:
-        """Relative standard deviation over the units, median of the channels."""
+        """Relative standard deviation over the units: the median over the channels."""
         return float(np.median([distribution.spread for distribution in self.distributions]))
 
     @property
     def outliers(self) -> dict[tuple[str, str], float]:
-        """By unit and channel, the ratio to the median."""
+        """Outliers by unit and channel, each as a ratio to the median."""
         return {(name, d.channel): ratio for d in self.distributions for name, ratio in d.outliers.items()}
 
 
 def pooled(lot: Lot) -> list[Pooled]:
-    """The distributions of a lot, those of the channels of a sensor together."""
+    """Combine the distributions of the channels of each sensor."""
     groups: dict[tuple[str, str], list[Distribution]] = {}
     for distribution in lot.distributions:
         groups.setdefault((stream_name(distribution.channel), distribution.what), []).append(distribution)

@@ -1,5 +1,5 @@
-"""Preparation of results of any kind as one table of runs: named, grouped by unit, without copies and without other physical
-units.
+"""Preparation of results of any kind as one table of runs: names them, groups them by unit, and marks copies and values in
+another physical unit as unused.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ def collect_runs(
         serial = None if units is None else str(units[k])
         if isinstance(result, str | Path):
             part = read_runs(gather([Path(result)]), jobs=jobs)
-            many = len(part.runs) > 1
+            has_many = len(part.runs) > 1
             runs = (
                 replace(
                     run,
-                    name=run.name if names is None else f"{name} {run.name}" if many else name,
+                    name=run.name if names is None else f"{name} {run.name}" if has_many else name,
                     serial=run.serial if serial is None else serial,
                 )
                 for run in part.runs
@@ -65,9 +65,10 @@ def collect_runs(
     return joined(tables)
 
 
-def without_copies(table: RunTable) -> tuple[ComparedRun, ...]:
-    """Mark results that occur twice, because copies are not independent: results of the same log, or with values equal to
-    the last bit, which two records do not have. Typed values may be equal.
+def mark_copies(table: RunTable) -> tuple[ComparedRun, ...]:
+    """Mark results that occur twice as unused, because copies are not independent.
+
+    A copy has the same log, or values equal to the last bit, which two records do not have. Typed values may be equal.
     """
     order = np.argsort(table.run, kind="stable")
     ends = np.searchsorted(table.run[order], np.arange(len(table.runs) + 1))
@@ -92,9 +93,10 @@ def without_copies(table: RunTable) -> tuple[ComparedRun, ...]:
     return tuple(runs)
 
 
-def by_condition(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
-    """Add the temperature and the supply voltage to the unit of each run, if runs differ in them: bias and noise of a unit
-    at two temperatures are those of two units.
+def split_by_condition(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
+    """Add the temperature and the supply voltage to the serial number of each run, if they differ between runs.
+
+    Runs of a unit at two temperatures are then compared as those of two units, because bias and noise depend on it.
     """
     usable = [run for run in runs if not run.problem and not run.typed]
     for factor, values in (
@@ -114,8 +116,8 @@ def by_condition(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
     return runs
 
 
-def with_places(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
-    """Name units by folder if no note names them and there are several folders; name runs so that those of a unit differ."""
+def name_by_place(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
+    """Name units by folder if no note names them and there are several folders; number runs of a unit with equal names."""
     named = any(run.serial for run in runs)
     folders = set() if named else {Path(run.place).parent for run in runs if run.place and not run.problem}
     if len(folders) > 1:
@@ -136,12 +138,12 @@ def drop_other_units(table: RunTable) -> RunTable:
     kinds: dict[tuple[str, str], list[int]] = {}
     for k, label in enumerate(table.labels):
         kinds.setdefault((label.channel, label.term), []).append(k)
-    several = [same_labels for same_labels in kinds.values() if len(same_labels) > 1]
-    if not several:
+    ambiguous = [same_labels for same_labels in kinds.values() if len(same_labels) > 1]
+    if not ambiguous:
         return table
     counts = np.bincount(table.label, minlength=len(table.labels))
     keep = np.ones(len(table.labels), dtype=bool)
-    for same_labels in several:
+    for same_labels in ambiguous:
         usual = max(same_labels, key=lambda k: counts[k])
         keep[[k for k in same_labels if k != usual]] = False
     runs = list(table.runs)

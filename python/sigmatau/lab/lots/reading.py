@@ -1,4 +1,4 @@
-"""Reading of results to compare: JSON and CSV of analyze, and typed tables of values."""
+"""Reads results to compare: JSON and CSV of analyze, and tables of typed values."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s
 
 
 def gather(places: Sequence[Path], *, tables: bool = True) -> list[Path]:
-    """Collect the files. Those in folders and subfolders are sorted by name. With `tables`, tables of coefficients without a
-    JSON beside them are included.
+    """Collect the files of results, those of each folder and its subfolders by name.
+
+    With `tables`, tables of coefficients are included, unless the folder has a JSON of the same name.
 
     Raises `DataError` for a folder without results.
     """
@@ -45,13 +46,13 @@ def gather(places: Sequence[Path], *, tables: bool = True) -> list[Path]:
         if not place.is_dir():
             files.append(place)
             continue
-        # Hidden files are not results: a stopped run leaves half-written ones with such names.
+        # Hidden files are not results: a stopped run leaves unfinished files with such names.
         visible = (os.path.join(path, name) for path, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
         inside = sorted(visible, key=natural_order)
         results = [file for file in inside if file[-5:].lower() == ".json" and Path(file).is_file()]
-        named = {file[:-5] for file in results}
+        stems = {file[:-5] for file in results}
         csv_files = (f for f in inside if tables and f[-4:].lower() == ".csv" and not f.endswith(_CURVES))
-        results += [f for f in csv_files if f[:-4] not in named and Path(f).is_file() and _header(Path(f)) is not None]
+        results += [f for f in csv_files if f[:-4] not in stems and Path(f).is_file() and _header(Path(f)) is not None]
         if not results:
             raise DataError(
                 f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
@@ -167,7 +168,7 @@ class _Rows:
         self._read_rows: set[tuple[int, str, str]] = set()
 
     def add(self, builder: RunsBuilder, run: int, name: str, cells: Sequence[str]) -> None:
-        """A row of a run with this name; raises `DataError`, also for a second row of a channel and term of the run."""
+        """Add a row of a run; raises `DataError`, also for a second row of the same run, channel and term."""
         key = (cells[self._key[0]].strip(), cells[self._key[1]].strip(), cells[self._key[2]].strip())
         if key not in self._labels:
             self._labels[key] = _label(*key)

@@ -1,8 +1,8 @@
-"""Repeatability of a coefficient over runs: homogeneity, spread between runs, prediction of the next run, outlying run.
+"""Repeatability of a coefficient over runs: homogeneity, spread between runs, prediction of another run, outlying run.
 
-The paper calls a sensor repeatable if the standard deviation over seven days is below the error δ of eq. (26). That is not a
-test: it accepts 58 % of sets that are perfectly repeatable, and nearly every set if δ is stated too large. Here the values
-are compared with their errors by Cochran's test, and what they vary by beyond their errors is estimated with an interval.
+The paper calls a sensor repeatable if the standard deviation over seven days is below the error δ of eq. (26). This rule is
+not a statistical test: it accepts only 58 % of perfectly repeatable sets, and nearly every set if δ is stated too large.
+Here Cochran's test compares the values with their errors, and the spread beyond the errors is estimated with an interval.
 """
 
 from __future__ import annotations
@@ -37,29 +37,29 @@ class RandomEffects(Printed):
     level : float
         Confidence level of the intervals.
     mean, low, high : float
-        Mean over the runs and its interval; of relative spreads the geometric mean. [unit of the values]
+        Mean over the runs, which is geometric for relative spreads, with its interval. [unit of the values]
     std : float or None
         Standard deviation of the values, ddof = 1. [unit of the values]
     error : float or None
-        Standard error of one run, root mean square; None if not known. [1, or unit of the values]
+        Standard error of a run, as a root mean square over the runs; None if unknown. [1, or unit of the values]
     q, p_value, p_low : float or None
-        Cochran's Q, and the probability of a larger and that of a smaller Q if all runs have the same true value. A small
-        `p_low` means that the errors are too large, or that the runs are not independent.
+        Cochran's Q, and the probability of a larger and of a smaller Q if all runs have the same true value. If `p_low`
+        is small, the errors are too large, or the runs are not independent.
     tau, tau_low, tau_high : float or None
         Standard deviation between runs beyond the errors, and its interval. [1, or unit of the values]
     next_low, next_high : float or None
-        Prediction interval of one more run with the same error. [unit of the values]
+        Prediction interval of another run with the same error. [unit of the values]
     next_error : float or None
         Half of the prediction interval. [1, or unit of the values]
     outlier : int or None
         Position of the run that differs most from the others; None with fewer than three runs.
     outlier_p : float or None
-        Its p-value, corrected for the number of runs.
+        P-value of this run, corrected for the number of runs.
 
     See Also
     --------
     random_effects : makes it.
-    compare_runs : the same for results of analyses.
+    compare_runs : makes the same estimates from results of analyses.
 
     Examples
     --------
@@ -96,7 +96,7 @@ class RandomEffects(Printed):
 
     @property
     def judgement(self) -> Judgement:
-        """Result of the tests, at the level of the intervals."""
+        """Outcome of the tests, at the level of the intervals."""
         p = (np.array([math.nan if x is None else x]) for x in (self.p_value, self.p_low, self.outlier_p))
         return judge_groups(np.array([self.k]), *p, level=self.level)[0]
 
@@ -111,7 +111,7 @@ class RandomEffects(Printed):
         Returns
         -------
         bool or None
-            None if there is one run only, or no error.
+            None if there is only one run, or no error.
         """
         if delta is None:
             delta = None if self.error is None else self.error * (abs(self.mean) if self.scale == "relative" else 1.0)
@@ -170,7 +170,7 @@ _CODES: tuple[Judgement, ...] = ("one_run", "outlier", "without_errors", "varies
 
 
 def judge_groups(k: Ints, p_value: Floats, p_low: Floats, outlier_p: Floats, *, level: float) -> list[Judgement]:
-    """Verdict of the tests for many groups, an outlying run first; p-values are NaN if nothing is tested."""
+    """Outcome of the tests of many groups; an outlying run takes precedence. P-values are NaN without a test."""
     conditions = [
         k < 2,
         outlier_p < 1 - level,
@@ -193,22 +193,22 @@ def random_effects(
 
     The value of a run is the mean, plus a deviation of the run with standard deviation τ, plus its error. Homogeneity
     (τ = 0) is tested by Cochran's Q, χ² with k - 1 degrees of freedom. τ is estimated after Paule and Mandel [1]_, its
-    interval by inverting Q(τ²) [2]_. Mean and prediction interval use Student's t with k - 1 degrees of freedom and never a
-    smaller standard error than that of the errors (Knapp and Hartung [3]_, modified). docs/study/repeatability.md has the
-    measured coverage.
+    interval by inverting Q(τ²) [2]_. Mean and prediction interval use Student's t with k - 1 degrees of freedom, and a
+    standard error that is not below the one that the errors alone imply (Knapp and Hartung [3]_, modified).
+    docs/study/repeatability.md has the measured coverage.
 
     Parameters
     ----------
     values : array_like, shape (k,)
         Positive values if `scale` is "relative".
     errors : array_like, shape (k,), or None
-        Standard errors (1 σ). [unit of the values] None if they are not known: nothing is then tested, and the spread
-        between runs is the spread of the values.
+        Standard errors (1 σ). [unit of the values] None if they are unknown: homogeneity is then not tested, and the spread
+        between runs is that of the values.
     level : float
         Confidence level of the intervals.
     scale : {"relative", "absolute"}
-        Compare logarithms, which is right for coefficients of noise, or the values themselves, which may have either sign:
-        ramps and biases.
+        Compare logarithms, as for coefficients of noise, or the values themselves, as for ramps and biases, which may have
+        either sign.
 
     Returns
     -------
@@ -223,7 +223,7 @@ def random_effects(
 
     See Also
     --------
-    compare_runs : the same for results of analyses.
+    compare_runs : makes the same estimates from results of analyses.
 
     References
     ----------
@@ -281,18 +281,18 @@ def random_effects(
 
 
 def one_group(effects: GroupEffects, row: int, *, scale: Scale, level: float, std: float) -> RandomEffects:
-    """Select one of many groups, in the unit of its values. `std` is that of the values."""
+    """Select one of many groups, in the unit of its values. `std`: standard deviation of the values."""
 
     def number(name: str) -> float | None:
         value = float(getattr(effects, name)[row])
         return value if math.isfinite(value) else None
 
     middle = float(effects.mean[row])
-    back = math.exp if scale == "relative" else float
+    to_value = math.exp if scale == "relative" else float
 
     def interval(name: str) -> tuple[float | None, float | None]:
         half = number(name)
-        return (None, None) if half is None else (back(middle - half), _finite(back, middle + half))
+        return (None, None) if half is None else (to_value(middle - half), _finite(to_value, middle + half))
 
     (low, high), (next_low, next_high) = interval("mean_error"), interval("next_error")
     outlier = int(effects.outlier[row])
@@ -300,7 +300,7 @@ def one_group(effects: GroupEffects, row: int, *, scale: Scale, level: float, st
         k=int(effects.k[row]),
         scale=scale,
         level=level,
-        mean=back(middle),
+        mean=to_value(middle),
         low=low,
         high=high,
         std=std if math.isfinite(std) else None,
@@ -313,10 +313,10 @@ def one_group(effects: GroupEffects, row: int, *, scale: Scale, level: float, st
     )
 
 
-def _finite(back: Any, x: float) -> float | None:  # noqa: ANN401  exp or float
-    """A number; None if it is infinite, as the upper end of an interval over two runs."""
+def _finite(to_value: Any, x: float) -> float | None:  # noqa: ANN401  exp or float
+    """Convert a number; None if the result overflows, as the upper end of an interval from two runs may."""
     try:
-        return float(back(x))
+        return float(to_value(x))
     except OverflowError:
         return None
 

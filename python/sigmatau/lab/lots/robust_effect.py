@@ -1,7 +1,7 @@
-"""Effect of time on a coefficient: a robust regression that takes upper limits as censored values.
+"""Effect of time on a coefficient: a robust regression in which upper limits are censored values.
 
-Values are y = a + b·x + σ·e with errors e of Student's t distribution with four degrees of freedom, so that a unit far from
-the others has little weight [1]_. An upper limit contributes the probability that y is below it [2]_. The standard error is
+The model is y = a + b·x + σ·e, where e follows Student's t distribution with four degrees of freedom, so that outliers have
+little weight [1]_. An upper limit contributes the probability that y is below it [2]_. The standard error is
 that of Huber's M-estimators [3]_, which is valid for normal errors too.
 
 References
@@ -24,17 +24,17 @@ from sigmatau._native.distributions import student_below, student_quantile
 from sigmatau.arrays import SIGMA_OF_MAD, Bools, Floats
 from sigmatau.frozen import frozen
 
-_FREEDOM = 4.0  # of the errors: an M-estimator with 93 % efficiency for normal errors
+_FREEDOM = 4.0  # degrees of freedom of the errors: the efficiency for normal errors is then 93 %
 _ROUNDS = 200  # largest number of iterations
 _PRECISION = 1e-6  # change of a coefficient, in standard deviations, at which the iteration ends
-_LEAST_PROBABILITY = 1e-12  # of a value below its limit, so that its logarithm is finite
-_LEAST_WEIGHT = 1e-6
-_MOST_CHANGE = 2.0  # largest ratio of the variance between two rounds
+_LEAST_PROBABILITY = 1e-12  # smallest probability of a value below its limit, so that its logarithm is finite
+_LEAST_WEIGHT = 1e-6  # smallest weight of an upper limit [1]
+_LARGEST_RATIO = 2.0  # largest ratio of the variances of two rounds [1]
 
 
 @frozen(eq=False)
 class Effects:
-    """Effects of several shapes x, each estimated alone; arrays have the shape (m,).
+    """Effects of several shapes x, each of which is fitted without the others.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Effects:
     start : ndarray, shape (m,)
         Value at x = 0.
     likelihood : ndarray, shape (m,)
-        Logarithmic likelihood, less a constant, scaled so that twice a difference is about χ² for normal errors too [4]_.
+        Log-likelihood without a constant, scaled so that twice a difference is about χ² also for normal errors [4]_.
     freedom : int
-        Degrees of freedom: values less two.
+        Degrees of freedom: number of values minus two.
     """
 
     value: Floats
@@ -96,9 +96,9 @@ def estimate_effects(x: ArrayLike, y: Floats, limited: Bools | None = None) -> E
     shapes = np.atleast_2d(np.asarray(x, dtype=np.float64))
     limits = np.zeros(len(y), dtype=bool) if limited is None else limited
     values = int((~limits).sum())
-    nothing = np.full(len(shapes), np.nan)
+    unknown = np.full(len(shapes), np.nan)
     if values < 3:
-        return Effects(value=nothing, error=nothing, start=nothing, likelihood=nothing, freedom=max(values - 2, 1))
+        return Effects(value=unknown, error=unknown, start=unknown, likelihood=unknown, freedom=max(values - 2, 1))
     middle = shapes.mean(axis=1, keepdims=True)
     centered = shapes - middle
     size = np.sqrt((centered**2).mean(axis=1, keepdims=True))
@@ -137,7 +137,7 @@ def _iterate(scaled: Floats, y: Floats, limits: Bools) -> tuple[Floats, Floats, 
         turn = (total * to_slope - first * to_location) / determinant
         turn = np.where(np.any(scaled != 0, axis=1, keepdims=True), turn, 0.0)
         location, slope = location + sigma * step, slope + sigma * turn
-        ratio = np.clip((score * u).sum(axis=1, keepdims=True) / values, 1 / _MOST_CHANGE, _MOST_CHANGE)
+        ratio = np.clip((score * u).sum(axis=1, keepdims=True) / values, 1 / _LARGEST_RATIO, _LARGEST_RATIO)
         sigma = np.maximum(sigma * np.sqrt(ratio), 1e-12 * spread)
         if max(float(np.abs(step).max()), float(np.abs(turn).max()), float(np.abs(ratio - 1).max())) < _PRECISION:
             break
@@ -145,7 +145,7 @@ def _iterate(scaled: Floats, y: Floats, limits: Bools) -> tuple[Floats, Floats, 
 
 
 def _scores(u: Floats, limits: Bools) -> tuple[Floats, Floats, Floats]:
-    """Score, weight of the next round and derivative of the score of each residual."""
+    """Score, weight in the next round, and derivative of the score, for each residual."""
     score = (_FREEDOM + 1) * u / (_FREEDOM + u**2)
     weight = (_FREEDOM + 1) / (_FREEDOM + u**2)
     slope = (_FREEDOM + 1) * (_FREEDOM - u**2) / (_FREEDOM + u**2) ** 2
@@ -165,7 +165,7 @@ def _probability_below(u: Floats) -> Floats:
 
 
 def _standard_error(u: Floats, limits: Bools) -> Floats:
-    """Standard error of each slope over the scale, for columns of x with the mean 0 and the variance 1."""
+    """Standard error of each slope, divided by the scale, for columns of x with mean 0 and variance 1."""
     n = len(limits)
     score, _, slope = _scores(u, limits)
     mean = slope.mean(axis=1)
@@ -175,7 +175,7 @@ def _standard_error(u: Floats, limits: Bools) -> Floats:
 
 
 def _likelihood(u: Floats, sigma: Floats, limits: Bools) -> Floats:
-    """Logarithmic likelihood of each shape, with the scale of the tests of the best one."""
+    """Log-likelihood of each shape, times the ratio of information to variance of the score for the best shape."""
     values = ~limits
     logs = -(_FREEDOM + 1) / 2 * np.log1p(u[:, values] ** 2 / _FREEDOM) - np.log(sigma)[:, None]
     total = logs.sum(axis=1) + np.log(_probability_below(u[:, limits])).sum(axis=1)

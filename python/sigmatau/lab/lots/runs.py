@@ -24,20 +24,20 @@ from sigmatau.quality import Mark, collect_marks, reason_without_fits
 from sigmatau.results import noted_unit
 
 MEAN = "mean"
-"""The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""
+"""Name of the mean of a channel, used like the keys of `sigmatau.noise.terms.TERMS`: turn-on bias plus rate or gravity."""
 
 LEVEL = 0.95
-"""Level of intervals that state none, in a table of coefficients or of a mean: the default of `analyze`."""
+"""Confidence level of an interval whose level is not stated, in a table of coefficients or of a mean: that of `analyze`."""
 
 SIGNED = ("rate_ramp", MEAN)
 """Terms whose values have a sign. They are compared directly, and all others by their logarithms."""
 
 OBSERVED, LIMITED, WITHOUT_ERROR, WITHOUT_INTERVAL = range(4)
-"""Status of a row: value with error; upper limit; value whose error is not known, or that was read off (δ is no standard
-error); value of a model that does not fit."""
+"""Status of a row: value with a standard error; upper limit; value with an unknown error, such as a read-off, whose δ is
+not a standard error; value of a model that does not fit."""
 
 RUN_NOTES = ("run", "day", "test", "date")
-"""Notes of `analyze` that name the run; the first existing one is used."""
+"""Notes of `analyze` that name the run; the first of them that exists is used."""
 
 
 @frozen
@@ -86,9 +86,9 @@ class ComparedRun:
     typed : bool
         Whether it comes from a table that may have been typed, with few digits.
     temperature : float or None
-        Of its notes, or else by the thermometer of the log. [degC]
+        Temperature in the notes, otherwise the mean of the thermometer of the log. [degC]
     supply : float or None
-        Supply voltage of its notes, or of the name of its log. [V]
+        Supply voltage in the notes, otherwise in the name of the log. [V]
     """
 
     name: str
@@ -114,7 +114,7 @@ class RunTable:
     value: Floats  # [SI]
     error: Floats  # standard error, NaN if not known; relative, or in SI for a term in `SIGNED`
     limit: Floats  # upper limit of a term that was not observed [SI]
-    delta: Floats  # δ of the paper's rule: by eq. (26) of what was read off, or as stated [SI]
+    delta: Floats  # δ of the paper's rule: by eq. (26) for a read-off, or as stated [SI]
     status: NDArray[np.int8]
 
 
@@ -129,7 +129,7 @@ class RunsBuilder:
 
     @contextmanager
     def whole(self) -> Iterator[None]:
-        """Remove what was added if the block raises an error, so that no incomplete file is compared."""
+        """Remove the rows that the block added if it raises an error, so that no incomplete file is compared."""
         runs, places, numbers = len(self._runs), len(self._places), len(self._numbers)
         try:
             yield
@@ -138,7 +138,7 @@ class RunsBuilder:
             raise
 
     def add_run(self, run: ComparedRun) -> int:
-        """Add a run, to which rows belong; return its position."""
+        """Add a run and return its position, to which `add_row` refers."""
         self._runs.append(run)
         return len(self._runs) - 1
 
@@ -153,7 +153,7 @@ class RunsBuilder:
         limit: float = math.nan,
         delta: float = math.nan,
     ) -> None:
-        """A row; `label` has the fields of `Label`."""
+        """Add a row; `label` has the fields of `Label`."""
         position = self._labels.setdefault(label, len(self._labels))
         self._places.extend((run, position, status))
         self._numbers.extend((value, error, limit, delta))

@@ -10,7 +10,7 @@ LONGEST = 18
 
 
 def common_prefix(names: Sequence[str]) -> str:
-    """The beginning that all names share, to the end of a word; empty if all names fit without a cut.
+    """The beginning that all names share, in whole words; empty if all names are short enough.
 
     Examples
     --------
@@ -28,7 +28,7 @@ def common_prefix(names: Sequence[str]) -> str:
 
 
 def short_names(names: Sequence[str]) -> list[str]:
-    """Each name without the common prefix; of one that is still too long, the end.
+    """Each name without the common prefix; a name that is still too long is cut at its beginning.
 
     Examples
     --------

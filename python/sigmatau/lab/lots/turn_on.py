@@ -1,4 +1,4 @@
-"""The turn-on bias of a unit, from a comparison of its runs."""
+"""Turn-on bias of a unit, from a comparison of its runs."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from sigmatau.lab.lots.runs import MEAN
 def measure_turn_on(comparison: RunComparison, *, unit: str | None = None) -> dict[str, TurnOn]:
     """Spread of the mean of each channel between the runs of a unit: its turn-on bias, if each run follows a power-up.
 
-    The interval is that of the standard deviation of k independent normal values, χ² with k - 1 degrees of freedom. The
-    spread includes the drift of the bias within a run, and of an accelerometer the change of its tilt.
+    The interval is that of a standard deviation of k independent normal values, by χ² with k - 1 degrees of freedom. The
+    spread includes the drift of the bias within a run and, for an accelerometer, changes of its tilt.
 
     Parameters
     ----------

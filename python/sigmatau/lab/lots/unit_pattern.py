@@ -1,7 +1,7 @@
 r"""Regular expressions for the unit in the path of a log, ``(SN\d+)``, which cannot run for hours.
 
-An expression with a repetition of a repetition, ``(a+)+``, takes a time that doubles with each character of a path. Such an
-expression is refused, and so is a path that is longer than any file system needs.
+The time of an expression that repeats a repetition, ``(a+)+``, doubles with each character of a path. Such expressions are
+refused, and so are paths that are longer than those of file systems.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from sigmatau.errors import DataError, OptionError
 FOLDER, LOG_FOLDER = "folder", "log-folder"
 """Words in place of an expression: the folder of the result, or of its log."""
 
-_LONGEST_PATH = 1000  # characters of a path in which a unit is searched
-_SHOWN = 60  # characters of such a path that are shown
-_MOST_REPEATS = 4  # largest number of variable repetitions: the time is at most this power of the length, and one more
+_LONGEST_PATH = 1000  # largest number of characters of a path in which a unit is searched
+_SHOWN = 60  # number of characters of a file name in the message about a longer path
+_MOST_REPEATS = 4  # largest number r of variable repetitions: the time grows at most with the power r + 1 of the length
 _VARIABLE = re.compile(r"[*+?]|\{\d*,\d*\}")  # a repetition whose number is not fixed
 _REPETITION = re.compile(r"[*+?]|\{\d+(?:,\d*)?\}|\{,\d+\}")
 _CLASS = re.compile(r"\[\^?\]?(?:\\.|[^\]\\])*\]", re.DOTALL)
@@ -70,9 +70,9 @@ def unit_in_path(pattern: str, path: str) -> str:
 
 
 def _repeated_repetition(text: str) -> str | None:
-    """A group of an expression that is repeated and has a repetition or alternatives inside; None without one."""
-    starts: list[int] = []  # opening parentheses of the groups around a place
-    variable: list[bool] = [False]  # whether the length of each of these groups, and of the whole, is variable
+    """Find a repeated group with a repetition or alternatives inside; None if there is none."""
+    starts: list[int] = []  # opening parentheses of the groups that are open
+    variable: list[bool] = [False]  # whether the length of the whole expression, and of each open group, is variable
     k = 0
     while k < len(text):
         if text[k] == "\\":
@@ -84,7 +84,7 @@ def _repeated_repetition(text: str) -> str | None:
         if text[k] == "(":
             starts.append(k)
             variable.append(False)
-            k += 3 if text[k + 1 : k + 2] == "?" else 1  # the question mark of (?:…) is no repetition
+            k += 3 if text[k + 1 : k + 2] == "?" else 1  # the question mark of (?:…) is not a repetition
             continue
         if text[k] == ")" and starts:
             start, inside = starts.pop(), variable.pop()

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from sigmatau.record.record import Record
 
 _MOST_LIMITS = 24  # largest number of limits on the first page
-_NEGLIGIBLE = 1e-4  # smallest risk that is printed as a number
+_NEGLIGIBLE = 1e-4  # risk below which only this bound is printed [1]
 
 
 def certify(
     analysis: Analysis, certificate: str | Path | CertificateFile, *, date: datetime | None = None
 ) -> Certificate:
-    """The first page of a report by ISO/IEC 17025: who measured what, when, how, how sure, and by which decision rule.
+    """The first page of a report as in ISO/IEC 17025: laboratory, item, date, method, uncertainty and decision rule.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ def certify(
     Returns
     -------
     Certificate
-        To be given to `sigmatau.report`.
+        Argument `certificate` of `sigmatau.report`.
 
     Raises
     ------
     DataError
-        If the file lacks a key, has an unknown one or an invalid value, contradicts the date of the log, or if the result
+        If the file lacks a key, has an unknown key or an invalid value, or contradicts the date of the log; or if the result
         has no fits.
 
     See Also
@@ -142,7 +142,7 @@ def _rule(file: CertificateFile) -> Rule:
 
 
 def _specification(file: CertificateFile) -> Datasheet:
-    """The specification: a file beside the certificate, or a name of the library."""
+    """Find the specification: a file in the folder of the certificate, or a name of the library."""
     text = file.text("decision", "specification")
     if file.specification in file.files:
         return find_datasheet(file.specification)

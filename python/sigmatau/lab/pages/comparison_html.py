@@ -1,4 +1,4 @@
-"""The page of a comparison of runs: the values of all runs with their intervals, and how far they repeat."""
+"""The page of a comparison of runs: the values of all runs with their intervals, and their repeatability."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Content that the page and the document of a lot share: rows of their tables, in words."""
+"""Rows of tables, in words, that the page, the PDF and the workbook of a lot share."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ DISTRIBUTION_HEADS = (
 )
 
 Column = tuple[str, str, str, float]
-"""Sensor, coefficient, heading and factor to SI of a column in the table of units."""
+"""Sensor, coefficient, heading and factor to SI of a column in the table of units; the column of shares has no sensor."""
 
 _COLUMNS = ("random_walk", "bias_instability", "means_10")  # coefficients that have a column
-_MOST_COLUMNS = 6
+_MOST_COLUMNS = 6  # largest number of columns of coefficients
 _SHORT = {"random_walk": "random walk", "bias_instability": "bias instability", "means_10": "10 s means"}
 _MAXIMUM = "% of maximum"
 
@@ -58,7 +58,7 @@ def moment_text(date: datetime) -> str:
 
 
 def claim_rows(lot: Lot) -> list[list[str]]:
-    """The claims of the specification and how they are judged: sensor, value, maximum, typical, convention."""
+    """Rows of the claims of the specification: sensor, value, maximum, typical value, convention."""
     factor = lot.settings.factor
     rows = []
     for claim in () if lot.spec is None else lot.spec.claims:
@@ -71,7 +71,7 @@ def claim_rows(lot: Lot) -> list[list[str]]:
 
 
 def _convention(claim: Claim, settings: JudgingOptions) -> str:
-    """The convention that the specification states, or that an option chose."""
+    """The convention that the specification or an option states."""
     chosen = settings.sided if claim.key == "noise_density" else settings.bias
     if claim.convention == "unknown" and chosen is not None:
         return f"{_CONVENTIONS[chosen]} (chosen)"
@@ -91,7 +91,7 @@ def number_columns(lot: Lot) -> list[Column]:
 
 
 def unit_values(unit: JudgedUnit, columns: Sequence[Column]) -> list[str]:
-    """The numbers of a unit: the largest of the axes of a sensor, or empty."""
+    """The numbers of a unit, each the largest of the axes of a sensor; empty if no axis has a value."""
     cells = []
     for sensor, what, _, factor in columns:
         if not what:
@@ -158,7 +158,7 @@ def _capability(lot: Lot, distribution: Distribution) -> str:
 
 
 def done_rows(lot: Lot, command: str | None, moment: str) -> list[tuple[str, str]]:
-    """Settings of the judgement: names and texts."""
+    """Settings of the comparison, command, date and version: names and texts."""
     settings = lot.settings
     shown = {
         "Specification": "none" if lot.spec is None else f"{lot.spec.name} ({lot.spec.maker}); {lot.spec.source}",

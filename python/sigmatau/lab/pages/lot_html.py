@@ -86,7 +86,7 @@ def _summary(lot: Lot) -> Markup:
 
 
 def _claims(lot: Lot) -> Markup:
-    """The claims of the specification, and how they are judged."""
+    """The table of the claims of the specification."""
     claims = claim_rows(lot)
     if not claims:
         return Markup("")
@@ -156,8 +156,8 @@ def _distribution(lot: Lot) -> Markup:
     )
     about = (
         "±: robust standard deviation over the units. Drift: change from the first to the last unit, in the order in which"
-        " they were given, if significant. A lot without outliers has one named in at most 5 % of the cases. Charts: dashed,"
-        " maximum; dotted, median; red points, units that failed or are unlike the others."
+        " they were given, if significant. In at most 5 % of lots without outliers, a unit is reported as one. Charts:"
+        " dashed, maximum; dotted, median; red points, units that failed or differ from the others."
     )
     charts = element("div", class_="charts", data_lot="values")
     return joined(element("p", about, class_="about"), scrolled(table), element("p", ""), charts)
@@ -195,23 +195,22 @@ def _findings(lot: Lot) -> Markup:
 
 
 def _remark_texts(unit: JudgedUnit) -> Iterator[str]:
-    """Remarks on a unit, with what to do about its findings."""
+    """Remarks on a unit, with the actions of its findings."""
     for remark in unit.remarks:
         if remark.code not in ("no_specification", "curves_not_kept"):  # of the lot, not of the unit
             action = remark.finding.words_of_files().action if remark.kind == "data" else ""
             yield f"{remark.text}." + (f" {action}." if action else "")
 
 
-_DIGITS = 4
-_STEP = 1000  # steps per decade
+_DIGITS = 4  # digits of values
+_STEP = 1000  # number of steps per decade of curves
 
 
 def chart_data(lot: Lot) -> dict[str, Any]:
-    """Names of the units without their common prefix, panels of curves by channel, and panels of values over the order of
-    the units by coefficient.
+    """Names of the units without their common prefix, panels of curves by channel, and panels of values by coefficient.
 
-    Plain values for JSON, short enough for hundreds of units: curves are thousandths of a decade from the median of the lot,
-    values have four digits.
+    They are plain values for JSON, short enough for hundreds of units: curves are differences from the median of the lot in
+    thousandths of a decade, and values have four digits.
     """
     number = {unit.name: k for k, unit in enumerate(lot.units)}
     prefix = common_prefix([unit.name for unit in lot.units if unit.state != "missing"])

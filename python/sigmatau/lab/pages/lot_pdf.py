@@ -16,7 +16,7 @@ from sigmatau import __version__
 from sigmatau.lab.lots.lot_plot import curves_svg, values_svg
 from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import Lot
-from sigmatau.lab.lots.lot_screen import drift_lines, told_units
+from sigmatau.lab.lots.lot_screen import drift_lines, listed_units
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
 from sigmatau.lab.lots.pooling import pooled
 from sigmatau.lab.pages.lot_content import (
@@ -33,10 +33,10 @@ from sigmatau.plot.curves import COLOURS
 from sigmatau.reporting.pdf import typeset
 from sigmatau.results import printable
 
-_WIDTH, _HEIGHT = 86.0, 48.0  # of a figure [mm]
+_WIDTH, _HEIGHT = 86.0, 48.0  # size of a figure [mm]
 _MOST_DOUBTS = 200  # largest number of units that are listed with their reason; the other files list all
-_MOST_NAME, _MOST_WHY = 60, 300  # characters
-_CUT_CURVES = 150  # largest number of units whose curves are drawn; of more units, evenly spaced ones are drawn
+_LONGEST_NAME, _LONGEST_TEXT = 60, 300  # largest length of a name, and of a reason or a setting [characters]
+_MOST_CURVES = 150  # largest number of units whose curves are drawn; among more units, every n-th is drawn
 
 
 def document(lot: Lot, *, title: str, command: str | None, date: datetime) -> bytes:
@@ -52,11 +52,11 @@ def _template() -> bytes:
 
 def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[str, Any]:
     spec = "" if lot.spec is None else lot.spec.name
-    shown = told_units(lot)
+    shown = listed_units(lot)
     order = {state: k for k, state in enumerate(STATES)}
     columns = number_columns(lot)
     return {
-        "title": _cut(f"{title}: {spec}" if spec else title, 2 * _MOST_NAME),
+        "title": _cut(f"{title}: {spec}" if spec else title, 2 * _LONGEST_NAME),
         "date": moment_text(date),
         "made_by": f"sigmatau {__version__}",
         "chips": [[f"{n} {STATE_WORDS[state]}", MARKS[state]] for state, n in lot.counts.items() if n],  # type: ignore[index]
@@ -64,20 +64,25 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
         "drifts": drift_lines(lot, width=None),
         "claims": claim_rows(lot),
         "doubts": [
-            [_cut(unit.name, _MOST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], _cut(unit.brief, _MOST_WHY)]
+            [
+                _cut(unit.name, _LONGEST_NAME),
+                STATE_WORDS[unit.state],
+                MARKS[unit.state],
+                _cut(unit.brief, _LONGEST_TEXT),
+            ]
             for unit in shown[:_MOST_DOUBTS]
         ],
         "heads": list(DISTRIBUTION_HEADS),
-        "distributions": [[_cut(cell, _MOST_NAME) for cell in row] for row in distribution_rows(lot)],
+        "distributions": [[_cut(cell, _LONGEST_NAME) for cell in row] for row in distribution_rows(lot)],
         "width": _WIDTH,
         "values": _value_figures(lot),
         "curves": _curve_figures(lot),
         "columns": [head for _, _, head, _ in columns],
         "units": [
-            [_cut(unit.name, _MOST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], *unit_values(unit, columns)]
+            [_cut(unit.name, _LONGEST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], *unit_values(unit, columns)]
             for unit in sorted(lot.units, key=lambda unit: order[unit.state])
         ],
-        "done": [[key, _cut(text, _MOST_WHY)] for key, text in done_rows(lot, command, moment_text(date))],
+        "done": [[key, _cut(text, _LONGEST_TEXT)] for key, text in done_rows(lot, command, moment_text(date))],
     }
 
 
@@ -93,11 +98,11 @@ def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
             continue
         panel, marked = lot.curves_of(band), lot.marked(band.channel)
         unmarked = [name for name in panel.units if name not in marked]
-        drawn = {*marked, *(unmarked[:: -(-len(unmarked) // _CUT_CURVES) or 1])}
+        drawn = {*marked, *(unmarked[:: -(-len(unmarked) // _MOST_CURVES) or 1])}
         shown = {name: curve for name, curve in panel.units.items() if name in drawn}
         svg = curves_svg(replace(panel, units=shown), marked, width=_WIDTH, height=_HEIGHT)
         legend = [[_cut(name, 20), colour] for name, colour in zip(marked, COLOURS[1:], strict=False)]
-        figures.append({"title": _cut(band.channel, _MOST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
+        figures.append({"title": _cut(band.channel, _LONGEST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
     return figures
 
 
@@ -109,5 +114,5 @@ def _value_figures(lot: Lot) -> list[dict[str, Any]]:
         series = [(np.array([number[name] for name in d.units], dtype=float), d.values / row.factor) for d in shown]
         svg = values_svg(series, row.limits, last=len(lot.units), width=_WIDTH, height=_HEIGHT)
         legend = [[_cut(d.channel, 20), colour] for d, colour in zip(shown, COLOURS, strict=False)]
-        figures.append({"title": _cut(row.title, _MOST_NAME), "unit": row.unit, "svg": svg, "legend": legend})
+        figures.append({"title": _cut(row.title, _LONGEST_NAME), "unit": row.unit, "svg": svg, "legend": legend})
     return figures

@@ -18,7 +18,7 @@ from sigmatau.lab.lots.lot_words import STATE_WORDS
 from sigmatau.results import csv_text, printable
 
 LOT_ENDINGS = (".html", ".pdf", ".xlsx", ".csv", ".json", ".xml")
-"""Extensions of a lot."""
+"""Extensions of the files of a lot."""
 
 _NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -51,9 +51,9 @@ def lot_report(
     date : datetime, optional
         Date of the report. Default: now.
     reports : mapping of str to str, optional
-        Addresses of the reports of units, by name, relative to the page; the units of the page are links to them.
+        Addresses of reports by the name of the unit, relative to the page, to which the names of units link.
     decimal_comma : bool
-        A ``.csv`` with decimal commas, and semicolons between the columns.
+        Whether a ``.csv`` has decimal commas, and semicolons between the columns.
 
     Raises
     ------
@@ -127,14 +127,14 @@ def junit(lot: Lot, date: datetime) -> str:
 
 
 def _is_error(unit: JudgedUnit, lot: Lot) -> bool:
-    """Whether a unit is an error of the suite; without a specification, only if there is a doubt."""
+    """Whether a unit is an error of the suite. Without a specification, a unit without remarks is not an error."""
     if unit.state in ("passed", "failed"):
         return False
     return not (lot.spec is None and all(remark.code == "no_specification" for remark in unit.reasons))
 
 
 def _parts(unit: JudgedUnit, lot: Lot) -> Iterator[tuple[str, str, str, tuple[Remark, ...]]]:
-    """Element, type, message and remarks of what a test case says."""
+    """Yield the elements of a test case: tag, type, message and remarks."""
     if unit.state == "failed":
         yield "failure", unit.reasons[0].code, unit.reason, unit.reasons
     elif _is_error(unit, lot):

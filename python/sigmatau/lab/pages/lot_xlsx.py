@@ -19,15 +19,15 @@ from sigmatau.lab.pages.lot_content import (
 )
 from sigmatau.results import printable
 
-_LONGEST_CELL = 32_767  # characters of a cell of Excel
-_WIDTHS = (18, 12, 50, 13)  # of unit, state, reason and share of the maximum [characters]
+_LONGEST_CELL = 32_767  # largest length of a cell in Excel [characters]
+_WIDTHS = (18, 12, 50, 13)  # widths of the columns unit, state, reason and share of the maximum [characters]
 
 
 def workbook(lot: Lot, *, command: str | None, date: datetime) -> bytes:
     """The lot as a workbook with the sheets Units, Distribution and What was done.
 
-    Names and reasons are text, also if they begin with ``=``. A heading has the unit of its coefficient. The value of a
-    coefficient that the record does not show is empty, and its upper limit is stated.
+    Names and reasons are text, even if they begin with ``=``. The heading of a coefficient has its unit. If a record does
+    not show a coefficient, its value is empty and its upper limit is stated.
     """
     try:
         import xlsxwriter

@@ -21,7 +21,7 @@ from sigmatau.reporting.markup import Markup, element, joined, name, raised
 from sigmatau.results import printable
 
 _SCRIPTS = ("page", "numbers", "plot", "theme")
-_WIDTH, _HEIGHT = 110.0, 62.0  # of a figure [mm]
+_WIDTH, _HEIGHT = 110.0, 62.0  # size of a figure [mm]
 
 
 def temperature_report(
@@ -131,8 +131,8 @@ def _summary(result: TemperatureCalibration) -> Markup:
     remarks = [element("p", f"{remark[0].upper()}{remark[1:]}.") for remark in result.remarks]
     about = (
         f"Intervals contain the true value with a probability of {100 * result.level:g} %. They account for random walk,"
-        " bias instability and rate random walk. A mean is the bias of this log with gravity and the rate of the earth; the"
-        " change of the bias from one power-up to the next is not in its interval."
+        " bias instability and rate random walk. A mean is the bias of this log plus gravity or the rate of the earth. Its"
+        " interval does not include the change of the bias from one power-up to the next."
     )
     return joined(element("div", channels, class_="calibrations"), remarks, element("p", about, class_="legend"))
 

@@ -12,7 +12,7 @@ from sigmatau.record import stream_name
 
 
 def trend_page(trend: Trend, *, store: str, command: str | None, date: datetime) -> str:
-    """The trend as HTML; `store`: its place, without a password."""
+    """The trend as HTML. `store`: file or URL of the store, without a password."""
     level = f"{100 * trend.level:g} %"
     term = trend.term.replace("_", " ")
     texts = {name: channel_texts(trend, channel) for name, channel in trend.channels.items()}
@@ -28,7 +28,7 @@ def trend_page(trend: Trend, *, store: str, command: str | None, date: datetime)
         tables=[TextTable(title=name, heads=heads, rows=tuple(rows)) for name, (heads, rows, _) in texts.items()],
         settings=[
             ("Store", store),
-            ("Confidence level", f"{level} of intervals; of all tests of drift together"),
+            ("Confidence level", f"{level} for each interval, and for all tests of drift together"),
             ("Median", "for fewer than six units their geometric mean, or the mean of a value with a sign"),
         ],
         command=command,

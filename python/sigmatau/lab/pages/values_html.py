@@ -1,4 +1,4 @@
-"""Pages of values with their intervals at places in order: runs of a comparison, periods of a trend."""
+"""Pages of values with their intervals at ordered places: runs of a comparison, or periods of a trend."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class PanelSeries:
 
 @frozen
 class Panel:
-    """A chart: the series of a sensor over the names of places."""
+    """A chart: the series of the channels of a sensor, and the names of the places."""
 
     title: str
     unit: str
-    order: str  # what the places are, "run"
+    order: str  # label of the axis of places, such as "run"
     places: tuple[str, ...]
     series: tuple[PanelSeries, ...]
 

@@ -40,7 +40,7 @@ class Chosen:
 
     See Also
     --------
-    sigmatau.Store : its methods take it.
+    sigmatau.Store : its methods have it as an argument.
     """
 
     units: tuple[str, ...] = ()
@@ -110,8 +110,8 @@ def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
     if choice.units:
         units = [choice.units] if isinstance(choice.units, str) else choice.units
         exact = [name for name in units if "*" not in name or not choice.pattern]
-        alike = (unit.c.name.like(_like(name), escape="\\") for name in units if name not in exact)
-        clauses.append(or_(unit.c.name.in_(exact), *alike))
+        patterns = (unit.c.name.like(_like(name), escape="\\") for name in units if name not in exact)
+        clauses.append(or_(unit.c.name.in_(exact), *patterns))
     if choice.model is not None:
         clauses.append(model.c.name == choice.model)
     if choice.states:

@@ -24,10 +24,10 @@ _PRAGMAS = (
     "cache_size=-65536",  # cache [KiB]: the index of identities is read in random order
     "wal_autocheckpoint=2000",  # [pages] 32 MiB: a page that several transactions change is written once
 )
-_NAMES = "case_sensitive_like=ON"  # makes patterns match as in PostgreSQL
+_CASE_SENSITIVE = "case_sensitive_like=ON"  # makes patterns match as in PostgreSQL
 _LOCK = 7_264_830  # advisory lock of PostgreSQL: only one process creates the tables
-_HINTS = {  # action by words in an error of a database
-    "readonly database": "copy the file to where you may write",
+_HINTS = {  # action by text that occurs in the error of a database
+    "readonly database": "copy the file to a folder with write permission",
     "disk image is malformed": "restore a copy, or recover it: sqlite3 FILE .recover",
     "disk is full": "free some space, and run the command again",
     "database is locked": f"another program has written for {_BUSY} s; run the command again",
@@ -129,7 +129,7 @@ def _url(place: str | Path, *, create: bool) -> URL:
 
 
 def _sqlite_url(path: Path) -> URL:
-    """URL of the file. A file without write permission is opened read-only; without other writers its log may be missing."""
+    """URL of the file. Without write permission it is opened read-only, and as immutable if SQLite has no log beside it."""
     from sqlalchemy import URL
 
     name = str(path)
@@ -180,8 +180,8 @@ def _arguments(url: URL) -> dict[str, Any]:
 
 
 def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
-    """Allow several readers and one writer at the same time. A writing transaction waits at its beginning, not at its
-    first change.
+    """Allow several readers and one writer at the same time. A transaction that writes waits for others when it begins,
+    not at its first change.
     """
     from sqlalchemy import event
 
@@ -189,10 +189,10 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
 
     @event.listens_for(engine, "connect")
     def connected(connection: Any, record: Any) -> None:  # noqa: ANN401
-        connection.isolation_level = None  # transactions begin below
-        for pragma in (_NAMES,) if to_read else (_NAMES, *_PRAGMAS):
+        connection.isolation_level = None  # `begun` begins transactions
+        for pragma in (_CASE_SENSITIVE,) if to_read else (_CASE_SENSITIVE, *_PRAGMAS):
             connection.execute(f"PRAGMA {pragma}")
-        record.info["file"] = None if to_read else os.stat(name)  # noqa: PTH116  as below
+        record.info["file"] = None if to_read else os.stat(name)  # noqa: PTH116  a result of os.stat, as `committed` needs
 
     @event.listens_for(engine, "begin")
     def begun(connection: Connection) -> None:
@@ -201,7 +201,7 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
 
     @event.listens_for(engine, "commit")
     def committed(connection: Connection) -> None:
-        """Test whether the file was removed: SQLite does not report that later data are lost."""
+        """Raise `DataError` if the file was removed: SQLite would go on, and its data would be lost."""
         if connection.get_execution_options().get("writes", False) and not to_read:
             try:
                 same = os.path.samestat(connection.info["file"], os.stat(name))  # noqa: PTH116

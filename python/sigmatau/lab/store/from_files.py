@@ -112,7 +112,7 @@ def _read_all(batches: Sequence[Sequence[Path]], read: Callable[[Sequence[Path]]
     if jobs < 2:
         yield from map(read, batches)
         return
-    # Not forked: a fork would share the connections of the store.
+    # Spawned, because forked processes would share the connections of the store.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(jobs, len(batches)), mp_context=context, initializer=_prepare_process) as pool:
         waiting: deque[Future[_Read]] = deque()
@@ -126,16 +126,16 @@ def _read_all(batches: Sequence[Sequence[Path]], read: Callable[[Sequence[Path]]
                 yield waiting.popleft().result()
         except BrokenProcessPool:
             raise DataError(
-                "a process that read files was ended, as the system does when memory is short; what was added stays, and the"
-                f" same with {Hint('jobs', value=1)} adds the others"
+                "a process that read files was killed, probably because memory ran out. Added results are stored; add the"
+                f" others with {Hint('jobs', value=1)}"
             ) from None
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _prepare_process() -> None:
-    """Ignore Ctrl-C, which reaches all processes of the terminal, because the first process stops the others. Disable
-    garbage collection, because JSON has no cycles.
+    """Ignore Ctrl-C, which reaches all processes of the terminal: the first process stops this one. Disable garbage
+    collection, because JSON has no cycles.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
@@ -143,8 +143,8 @@ def _prepare_process() -> None:
 
 
 @contextmanager
-def _without_collection() -> Iterator[None]:
-    """Disable garbage collection: rows have no cycles, and it takes a tenth of the time."""
+def _without_garbage_collection() -> Iterator[None]:
+    """Disable garbage collection, which takes a tenth of the time: rows have no cycles."""
     enabled = gc.isenabled()
     gc.disable()
     try:

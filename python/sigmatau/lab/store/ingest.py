@@ -1,4 +1,4 @@
-"""Add results to a store: each run once, with its history."""
+"""Adds results to a store. A run has one current result; replaced ones are kept as its history."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Added:
     updated : int
         Number of results that were already there, of which a time, temperature, supply voltage or the curves are new.
     known : int
-        Number of other results that were already there.
+        Number of other results that were already stored.
     """
 
     new: int = 0
@@ -84,7 +84,8 @@ def _named(entry: Entry) -> Rows:
 def add_rows(engine: Engine, chunk: Sequence[Rows], *, then: Callable[[Connection], None] = lambda _: None) -> Added:
     """Add results with all dependent rows in one transaction.
 
-    If another writer has added the same runs in the meantime, they are compared with its rows.
+    `then` is called in the same transaction. If another writer adds the same runs at the same time, the transaction is
+    repeated and compares the results with its rows.
     """
     import sqlalchemy
 
@@ -98,12 +99,12 @@ def add_rows(engine: Engine, chunk: Sequence[Rows], *, then: Callable[[Connectio
                 then(connection)
                 return added
         except (sqlalchemy.exc.SQLAlchemyError, driver) as error:
-            if attempt == _ATTEMPTS - 1 or not _may_pass(error):
-                raise DataError(f"the store did not take the results: {reason(error)}") from None
+            if attempt == _ATTEMPTS - 1 or not _may_succeed(error):
+                raise DataError(f"the results cannot be added to the store: {reason(error)}") from None
     raise AssertionError
 
 
-def _may_pass(error: Exception) -> bool:
+def _may_succeed(error: Exception) -> bool:
     """Whether a second attempt may succeed: the error is a conflict of rows, or a deadlock."""
     kind = type(getattr(error, "orig", None) or error)
     same_rows = any(base.__name__ == "IntegrityError" for base in kind.__mro__)
@@ -176,27 +177,27 @@ def _add_places(
 
 
 def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> None:
-    """Mark failures of logs that now have a result as history."""
+    """Mark a failure as replaced if its log now has a result."""
     from sqlalchemy import select, update
 
     from sigmatau.lab.store import tables
 
     run = tables.run.c
-    better = {(row["unit_id"], row["path"]): row["id"] for row in rows if row["state"] != "failed" and row["path"]}
-    units = {unit for unit, _ in better}
+    with_result = {(row["unit_id"], row["path"]): row["id"] for row in rows if row["state"] != "failed" and row["path"]}
+    units = {unit for unit, _ in with_result}
     failed = connection.execute(
         select(run.id, run.unit_id, run.path).where(run.unit_id.in_(units), run.current, run.state == "failed")
     )
-    ids = [key for key, unit, path in failed if key < better.get((unit, path), 0)]
+    ids = [key for key, unit, path in failed if key < with_result.get((unit, path), 0)]
     if ids:
         connection.execute(update(tables.run).where(run.id.in_(ids)).values(current=False))
 
 
 @frozen
 class _Last:
-    """The last revision of a run."""
+    """The last revision of a run, as far as it is compared with a new result."""
 
-    revision: int = 0  # 0 without a revision
+    revision: int = 0  # 0 if the run is new
     digest: str = ""
     path: str = ""
     version: str = ""  # version of its log
@@ -208,9 +209,9 @@ class _Last:
     id: int | None = None  # None if it is not in the database yet
 
     def has(self, rows: Rows) -> bool:
-        """Whether a result is the same. A log that changed back to an earlier version gets a new revision."""
-        back = not self.current and rows.run["file_version"]
-        return bool(self.revision and self.digest == rows.packed.digest and not back)
+        """Whether a result is the same. If a log has returned to an earlier version, its result is a new revision."""
+        has_returned = not self.current and rows.run["file_version"]
+        return bool(self.revision and self.digest == rows.packed.digest and not has_returned)
 
     def has_moved(self, rows: Rows) -> bool:
         """Whether the log was moved, or is an object; otherwise another file is a copy of it."""
@@ -237,7 +238,7 @@ _NONE = _Last()
 
 
 def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
-    """Last revision by identity. It is not current if the log has changed, or if it is a failure and the log has a
+    """Last revision by identity. It is not current if the log has changed, or if it is a failure of a log that now has a
     result.
     """
     from sqlalchemy import select
@@ -286,7 +287,7 @@ def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
     typed = {rows.unit: models[rows.model] for rows in chunk if rows.model}
     columns = tables.unit.c
     for model in set(typed.values()):
-        unit_ids = [units[name] for name, its in typed.items() if its == model]
+        unit_ids = [units[name] for name, model_id in typed.items() if model_id == model]
         wrong = (columns.id.in_(unit_ids), columns.model_id.is_distinct_from(model))
         connection.execute(update(tables.unit).where(*wrong).values(model_id=model))
     return units
@@ -310,7 +311,7 @@ def _pairs(rows: Iterable[Any]) -> dict[str, int]:
     return {row[0]: row[1] for row in rows}
 
 
-def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
+def _label_ids(connection: Connection, needed: set[Label]) -> dict[Label, int]:
     """Keys of labels. New labels are added; a store has few labels."""
     from sqlalchemy import select
 
@@ -323,7 +324,7 @@ def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
         return {(c, q, t, u, r): key for key, c, q, t, u, r in connection.execute(select(label.id, *columns))}
 
     ids = read_ids()
-    if missing := sorted(wanted - ids.keys()):
+    if missing := sorted(needed - ids.keys()):
         names = [column.name for column in columns]
         _add_missing(connection, tables.label, [dict(zip(names, label, strict=True)) for label in missing])
         ids = read_ids()
@@ -375,5 +376,5 @@ def _bulk(connection: Connection, table: Table, columns: Sequence[str], rows: Se
             copy.write_row(row)
 
 
-def _cursor(connection: Connection) -> Any:  # noqa: ANN401  of the driver
+def _cursor(connection: Connection) -> Any:  # noqa: ANN401  its type is that of the driver
     return connection.connection.cursor()

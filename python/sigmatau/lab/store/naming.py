@@ -44,7 +44,7 @@ class Naming:
         ``"folder"`` of the file, ``"log-folder"`` of its log, or a regular expression for the path of the log, whose first
         group is the unit. Default: the note "serial number" or "unit", see `sigmatau.results.SERIAL_NOTES`.
     folders : bool
-        Whether the folder is the unit of a result without such a note.
+        Whether a result without such a note gets the name of its folder as its unit.
     model : str
         Sensor model.
     date : str or None
@@ -210,8 +210,8 @@ def check_supply(voltage: float) -> None:
 
 
 def stated_temperature(text: str | None) -> float | None:
-    """Parse a temperature of the command line to degC. Raises `OptionError` for forms other than 25, 25degC or 298K, and for
-    a temperature at which there are no sensors.
+    """Parse a temperature of the command line: 25, 25degC or 298K. [degC] Raises `OptionError` for other forms, and for a
+    temperature outside -273 … 1000 °C.
     """
     if text is None:
         return None
@@ -223,7 +223,7 @@ def stated_temperature(text: str | None) -> float | None:
 
 
 def check_range(degrees: float) -> None:
-    """Raise `OptionError` for a temperature at which there are no sensors."""
+    """Raise `OptionError` for a temperature outside -273 … 1000 °C."""
     if not -KELVIN <= degrees <= _HIGHEST:
         raise OptionError(
             f"{{option}} {degrees:g} °C is outside {-KELVIN:g} to {_HIGHEST:g} °C; give it like 85degC or 358K",

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
 _LEVEL = 1  # level of zlib; level 6 is 8 % smaller and three times slower
-_HEAD = ("schema", "sigmatau", "source")  # keys that differ between versions of the program for equal numbers
-_INTEGERS = {"i": "<i4", "q": "<i8"}  # integer codes of `array`, the smallest first
+_HEAD = ("schema", "sigmatau", "source")  # keys that may differ between results with equal numbers
+_INTEGERS = {"i": "<i4", "q": "<i8"}  # codes of integer types of `array`, the smallest type first
 _FLOATS = "<f8"
 
 NUMBERS = np.dtype(
@@ -38,7 +38,7 @@ NUMBERS = np.dtype(
         ("level", "<f8"),
     ]
 )
-"""A row of `tables.coefficient` in the array of a run. A million rows are read as arrays in 0.1 s instead of 2 s."""
+"""Row of `tables.coefficient` in the array of a run. As arrays, a million rows are read in 0.1 s instead of 2 s."""
 
 
 @frozen
@@ -60,7 +60,7 @@ def pack(result: Mapping[str, Any]) -> Packed:
         curve = channel["curve"]
         for key, value in curve.items():
             if isinstance(value, list):
-                kind, raw = _packed(value)
+                kind, raw = _number_bytes(value)
                 heads[key] = [kind, len(value)]
                 curves.append(raw)
             else:
@@ -68,7 +68,7 @@ def pack(result: Mapping[str, Any]) -> Packed:
         channels[name] = {**channel, "curve": {"arrays": heads, "order": [*curve], "rest": rest}}
     compared = {**result, "channels": channels}
     numbers = b"".join(curves)
-    # The version of the program and the place of a log with a known checksum come first: they are not compared.
+    # The version of the program, and the path of a log with a known checksum, are stored but not part of the checksum.
     head = {name: compared.pop(name) for name in _HEAD if name in compared}
     content = _json(compared)[1:]
     source = head.get("source")
@@ -81,19 +81,19 @@ def pack(result: Mapping[str, Any]) -> Packed:
     return Packed(content=zlib.compress(whole, _LEVEL), curves=numbers, digest=checksum.hexdigest())
 
 
-def _packed(values: list[Any]) -> tuple[str, bytes]:
+def _number_bytes(values: list[Any]) -> tuple[str, bytes]:
     """Type and bytes of numbers."""
     if type(values[0] if values else 0) is int:
         for code, kind in _INTEGERS.items():
             with suppress(TypeError, OverflowError):
-                return kind, _little(array(code, values))
+                return kind, _little_endian(array(code, values))
     try:
-        return _FLOATS, _little(array("d", values))
+        return _FLOATS, _little_endian(array("d", values))
     except TypeError:  # None, because JSON of a result has no NaN
-        return _FLOATS, _little(array("d", [np.nan if value is None else value for value in values]))
+        return _FLOATS, _little_endian(array("d", [np.nan if value is None else value for value in values]))
 
 
-def _little(values: array[Any]) -> bytes:
+def _little_endian(values: array[Any]) -> bytes:
     if sys.byteorder == "big":
         values.byteswap()
     return values.tobytes()
@@ -166,9 +166,9 @@ def contents(
     from sigmatau.errors import DataError
     from sigmatau.lab.store.tables import result
 
-    asked = select(result.c.run_id, result.c.content, result.c.curves)
+    query = select(result.c.run_id, result.c.content, result.c.curves)
     for start in range(0, len(keys), READ):
-        for key, content, curves in connection.execute(asked.where(result.c.run_id.in_(keys[start : start + READ]))):
+        for key, content, curves in connection.execute(query.where(result.c.run_id.in_(keys[start : start + READ]))):
             try:
                 result_as_added = unpack(content, curves)
             except DataError:

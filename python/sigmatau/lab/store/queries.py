@@ -80,7 +80,7 @@ def findings(run_id: int) -> Select[Any]:
 
 
 def versions(options_key: str) -> Select[Any]:
-    """Path and version of the file of each log with a current result."""
+    """Path and version of the file, for each log with a current result of these options."""
     return (
         select(run.c.path, run.c.file_version).where(run.c.current, run.c.options_key == options_key).order_by(run.c.id)
     )

@@ -1,4 +1,4 @@
-"""Conversion of a result to rows of a store, without the database and therefore also in another process."""
+"""Conversion of a result to rows of a store. It does not need the database, so that other processes can do it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from sigmatau.lab.lots.conditions import run_supply, run_temperature
 from sigmatau.lab.lots.runs import LEVEL, MEAN
 from sigmatau.lab.store.packing import NUMBERS, Packed, pack
 
-_MOST_LETTERS = {"unit": 400, "model": 200, "run": 400, "channel": 100}
+_LONGEST_NAMES = {"unit": 400, "model": 200, "run": 400, "channel": 100}  # as in `tables` [characters]
 _NUMBERS = struct.Struct("<ii5d")
 assert _NUMBERS.size == NUMBERS.itemsize
 
@@ -39,7 +39,7 @@ class Entry:
     unit : str
         Serial number.
     model : str
-        Sensor model. If empty, the sensor model of the unit does not change.
+        Sensor model; if it is empty, the stored model of the unit does not change.
     name : str
         Name of the run. Default: the name of its log.
     recorded : datetime or None
@@ -162,8 +162,7 @@ def _rows(entry: Entry) -> Rows:
 def identity(unit: str, run: Mapping[str, Any]) -> str:
     """Checksum of the unit, log and options of a run, from the columns of its row; it identifies the run.
 
-    The log and the options determine which files are converted. If a record has no file, every different result is a
-    separate run.
+    If a record has no file, every different result is a separate run.
     """
     log = run["sha256"] or (
         f"{unit}/{run['path']}" if run["path"] else f"{unit}/{run['name']}/{run['recorded']}/{run['digest']}"
@@ -173,7 +172,7 @@ def identity(unit: str, run: Mapping[str, Any]) -> str:
 
 @lru_cache(1000)
 def _shared(labels: tuple[Label, ...]) -> tuple[Label, ...]:
-    """Return the same object for equal labels, because a batch between processes contains each object once."""
+    """Return the same object for equal labels: a batch that is sent between processes then contains it only once."""
     return labels
 
 
@@ -244,7 +243,7 @@ def in_utc(time: datetime) -> datetime:
 
 
 def _word(value: object, longest: int) -> str:
-    """A text in a column."""
+    """Check a text of a column; raises `TypeError` or `ValueError`."""
     if not isinstance(value, str):
         raise TypeError(f"a text is {value!r:.30}")
     if len(value) > longest:
@@ -252,7 +251,7 @@ def _word(value: object, longest: int) -> str:
     return _text(value)
 
 
-_common = lru_cache(1000)(_word)  # cached: there are few words, each in thousands of rows
+_common = lru_cache(1000)(_word)  # cached, because thousands of rows have the same few texts
 
 
 def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
@@ -260,7 +259,7 @@ def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
         return None
     number = float(value)
     if not math.isfinite(number):
-        raise ValueError(f"{number} in place of a number")
+        raise ValueError(f"{number} is not a finite number")
     return number
 
 
@@ -276,9 +275,9 @@ def _name(text: str, kind: str, *, needed: bool = True) -> str:
     name = _text(text).strip()
     if needed and not name:
         raise DataError(f"the name of the {kind} is empty")
-    if len(name) > _MOST_LETTERS[kind]:
+    if len(name) > _LONGEST_NAMES[kind]:
         raise DataError(
-            f"the name of the {kind} has {len(name)} characters, more than {_MOST_LETTERS[kind]}: {name:.30}…"
+            f"the name of the {kind} has {len(name)} characters, more than {_LONGEST_NAMES[kind]}: {name:.30}…"
         )
     return name
 

@@ -42,8 +42,9 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
     """Rows of the runs that have coefficients. Of the results of a log with several options, the latest fit is taken,
     or else the latest that was read off. The runs of a unit at each temperature and supply are those of a separate unit.
 
-    Lines and filters of the fits are not read, so that clocks are not compared. δ of eq. (26) is read for up to 1000
-    runs.
+    If a log has results with several options, the latest fit is used, otherwise the latest read-off. Runs of a unit at
+    different temperatures count as those of different units. Lines and filters of the fits are not read, so that clocks
+    are not compared. δ of eq. (26) is read for up to 1000 runs.
     """
     from sqlalchemy import select
 
@@ -94,11 +95,11 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         table = _with_deltas(connection, table, [row[0] for row in fitted])
     lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS], groups)
     whole = joined([table, lines]) if len(lines.run) else table
-    return replace(whole, runs=without_copies(whole))  # a log that was saved again has other bytes, but equal values
+    return replace(whole, runs=mark_copies(whole))  # a log that was saved again has equal values
 
 
 _MOST_CONTENTS = 1000
-"""Largest number of runs whose whole results are read, a millisecond each, because the tables lack read-offs."""
+"""Largest number of runs whose whole results are read, which takes a millisecond each: the tables have no read-offs."""
 
 
 def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> RunTable:

@@ -131,8 +131,8 @@ class Store:
                 result, Path(result.path if isinstance(result, FailedAnalysis) else result.source.path or "")
             )
 
-        several = isinstance(entries, Iterable) and not isinstance(entries, Mapping | Analysis)
-        return add(self._engine, map(entry, entries if several else [entries]), batch=batch)  # type: ignore[arg-type]
+        is_sequence = isinstance(entries, Iterable) and not isinstance(entries, Mapping | Analysis)
+        return add(self._engine, map(entry, entries if is_sequence else [entries]), batch=batch)  # type: ignore[arg-type]
 
     def add_files(
         self,
@@ -169,7 +169,7 @@ class Store:
         return add_files(self._engine, files, naming, jobs=jobs, keep_curves=keep_curves, done=done)
 
     def versions(self, options_key: str) -> dict[str, str]:
-        """Logs that have a current result with some options.
+        """Logs that have a current result with these options.
 
         Parameters
         ----------

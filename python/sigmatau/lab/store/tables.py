@@ -46,7 +46,7 @@ def _key() -> Column[int]:
     return Column("id", Integer, primary_key=True)
 
 
-def _to(table: str, *, nullable: bool = False) -> Column[int]:
+def _reference_to(table: str, *, nullable: bool = False) -> Column[int]:
     return Column(f"{table}_id", ForeignKey(f"{table}.id", ondelete="CASCADE"), nullable=nullable)
 
 
@@ -58,14 +58,14 @@ unit: Table = Table(
     metadata,
     _key(),
     Column("name", String(400), nullable=False, unique=True),  # serial number
-    _to("model", nullable=True),
+    _reference_to("model", nullable=True),
 )
 
 run: Table = Table(
     "run",
     metadata,
     _key(),
-    _to("unit"),
+    _reference_to("unit"),
     Column("name", String(400), nullable=False),  # name of the log
     Column("path", Text, nullable=False),  # log as it was given
     Column("identity", String(64), nullable=False),  # checksum of log and options, equal for the same run
@@ -137,7 +137,7 @@ label: Table = Table(
     Column("rate_unit", String(60), nullable=False),  # unit of the channel, SI
     UniqueConstraint("channel", "quantity", "term", "unit", "rate_unit"),
 )
-"""Label of a coefficient; all runs share a few labels."""
+"""Channel, term and units of a coefficient. A store has few labels, which the coefficients of all runs share."""
 
 coefficient: Table = Table(
     "coefficient",

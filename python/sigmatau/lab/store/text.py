@@ -1,4 +1,4 @@
-"""Tables of a store in words, for a terminal."""
+"""Trends and results of a store as text for a terminal."""
 
 from __future__ import annotations
 
@@ -84,9 +84,9 @@ _WITHOUT_FIT = {
     "not_at_rest": "not at rest: no coefficients",
     "too_short_to_tell": "too short to tell rest from motion: no coefficients",
 }
-_MONTH = 365.2425 / 12  # shortest observed time that is stated per month [days]
-_DAYS = 2.0  # shortest observed time that is stated in days
-_WHAT = {"production": "between units", "ageing": "within units"}
+_MONTH = 365.2425 / 12  # shortest observed time for which a drift is stated per month [days]
+_DAYS = 2.0  # shortest observed time that is printed in days [days]
+_DRIFT_WORDS = {"production": "between units", "ageing": "within units"}
 
 
 def _drift(drift: Drift, unit: str, size: float, *, signed: bool, by_batch: bool) -> str:
@@ -101,18 +101,18 @@ def _drift(drift: Drift, unit: str, size: float, *, signed: bool, by_batch: bool
     if drift.span >= _MONTH:
         ends = tuple(_per_month(end, drift.span, signed=signed) for end in ends)  # type: ignore[assignment]
     number = round_to_error(*(value * factor for value in ends), sign="+")
-    slope = f"{_WHAT[drift.kind]}: {number.value}{unit_text} {time} {number.interval}"
+    slope = f"{_DRIFT_WORDS[drift.kind]}: {number.value}{unit_text} {time} {number.interval}"
     return f"{slope}, p = {two_digits(drift.p_value)}: {conclusion} ({count})"
 
 
 def _per_month(change: float, span: float, *, signed: bool) -> float:
-    """A change over a span in days as one over a month."""
+    """Convert a change over a span in days to one over a month."""
     share = _MONTH / span
     return change * share if signed else math.expm1(share * math.log1p(change))
 
 
 def _batch_line(effect: OrderEffect) -> str:
-    """The line of a batch. The line of a drift from unit to unit is made by `_drift`."""
+    """The line of a batch or a rise; that of a drift is made by `_drift`."""
     return f"batch {effect.first} to {effect.last} ({effect.units} units): {change_text(effect)}"
 
 

@@ -26,10 +26,10 @@ PERIODS: tuple[Period, ...] = ("day", "week", "month", "quarter", "year")
 
 Kind = Literal["production", "ageing"]
 
-_SAME_TIME = 1e-6  # longest observed time without a drift [days]
+_SAME_TIME = 1e-6  # span up to which runs count as simultaneous, so that no drift is estimated [days]
 _LARGEST = 700.0  # exponent of the largest number
-_LEAST_FREEDOM = 3  # degrees of freedom of a slope: with fewer, its interval says nothing
-_MIN_UNITS_OF_MEDIAN = 6  # units from which on order statistics give a 95 % interval of the median
+_LEAST_FREEDOM = 3  # smallest degrees of freedom of a slope: with fewer, its interval is too wide to be of use
+_MIN_UNITS_OF_MEDIAN = 6  # smallest number of units for which order statistics give a 95 % interval of the median
 
 
 @frozen
@@ -41,7 +41,7 @@ class InPeriod:
     name : str
         ``"2026-05"``, ``"2026-W18"`` …
     units, runs, limits : int
-        Numbers of units and runs with a value, and of runs with an upper limit only.
+        Number of units with a value, of runs with a value, and of runs that have only an upper limit.
     middle, low, high : float or None
         Median over the units with its interval by order statistics; for fewer than six units their (geometric) mean with
         Student's interval. One unit has no interval. [SI]
@@ -74,15 +74,15 @@ class Drift:
     kind : {"production", "ageing"}
         Over the units, or within units.
     units, runs : int
-        Numbers of units and runs that the change comes from.
+        Number of units and of runs from which the change is estimated.
     span : float
-        Observed time: from the first to the last unit, or the longest time of a unit. [days]
+        Observed time: from the first to the last unit; for ageing, the longest time of a unit. [days]
     change, low, high : float
-        Change over the span, with its interval: relative; of a term with a sign in SI.
+        Change over the span, with its interval: relative, or in SI for a term with a sign.
     p_value : float
         Two-sided p-value of the hypothesis of no drift.
     drifts : bool
-        Whether that is rejected, at the level of all tests of the table together (Bonferroni).
+        Whether this hypothesis is rejected, corrected for the number of tests in the table (Bonferroni).
     """
 
     kind: Kind
@@ -118,8 +118,8 @@ class ChannelTrend:
     drifts : tuple of Drift
         Over production and within units, where they can be estimated.
     order : OrderEffect or None
-        Drift or batch in the order of production, as in `sigmatau lot`; None unless it is significant, and for a term with a
-        sign.
+        Drift or batch in the order of production, as in `sigmatau lot`; None if it is not significant, or for a term with
+        a sign.
     """
 
     channel: str
@@ -274,7 +274,7 @@ class _Values:
 
 @frozen(eq=False)
 class _UnitSeries:
-    """Means of the units in the order of production: value or lowest limit, time in days, position, day."""
+    """Mean of each unit in the order of production, or its lowest limit, with time, position of the unit, and date."""
 
     y: Floats
     days: Floats
@@ -306,7 +306,7 @@ def _means(values: Floats, unit: Ints) -> Floats:
 
 
 def _over_units(values: _Values) -> _UnitSeries:
-    """The units in the order of their times. A unit that only has limits counts with the lowest one."""
+    """Units in the order of their times. A unit that has only limits is represented by its lowest limit."""
     y, unit, days, limited = values.usable()
     count = int(unit.max()) + 1 if len(unit) else 0
     numbers = np.bincount(unit[~limited], minlength=count)
@@ -329,7 +329,7 @@ def _over_units(values: _Values) -> _UnitSeries:
 
 
 def _production(values: _Values, level: float) -> Drift | None:
-    """The change over the means of units: units are independent, whatever their runs have in common."""
+    """Estimate the change from the means of units, which are independent, although the runs of a unit are not."""
     units = _over_units(values)
     if int((~units.limited).sum()) < 2 + _LEAST_FREEDOM:
         return None
@@ -340,7 +340,7 @@ def _production(values: _Values, level: float) -> Drift | None:
 
 
 def _ageing(values: _Values, level: float) -> Drift | None:
-    """The change within units: values and times less those of their unit. Limits are not used."""
+    """Estimate the change within units, from differences to the means of each unit; limits are not used."""
     y, unit, days, limited = values.usable()
     if limited.all():
         return None
@@ -350,8 +350,8 @@ def _ageing(values: _Values, level: float) -> Drift | None:
     freedom = len(y) - units - 1
     if freedom < _LEAST_FREEDOM:
         return None
-    nothing = np.zeros(len(y), dtype=bool)
-    return _drift(x, y, nothing, freedom, level, values, kind="ageing", runs=len(y), units=units)
+    limits = np.zeros(len(y), dtype=bool)
+    return _drift(x, y, limits, freedom, level, values, kind="ageing", runs=len(y), units=units)
 
 
 def _drift(
@@ -461,8 +461,8 @@ def _middle(y: Floats, level: float) -> tuple[float | None, float | None, float 
 
 
 def _rank(n: int, level: float) -> int:
-    """Rank r from either end so that the r-th values enclose the median with at least this probability; 0 without such a
-    rank.
+    """Largest rank r for which the r-th smallest and the r-th largest value enclose the median with this probability; 0 if
+    there is none.
     """
     logs = [
         math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1) - n * math.log(2) for k in range(n // 2 + 1)

@@ -19,11 +19,12 @@ MAX_DEGREE = 5
 DEFAULT_DEGREE = 3
 """Largest degree that is chosen: what PX4 and ArduPilot evaluate."""
 
-# Ratio of the highest coefficient to its standard error below which it is left out. [1] Study: docs/study/temperature.md.
+# Ratio of the highest coefficient to its standard error below which the degree is lowered. [1] Study:
+# docs/study/temperature.md.
 _LEAST_RATIO = 1.0
-# Columns of the hysteresis: constant, linear, quadratic. [1] Judgement: a loop is open in the middle and closed at its ends.
+# Number of columns of the hysteresis: constant, linear, quadratic. [1] Judgement: a loop closes at its ends.
 _HYSTERESIS = 3
-# Number of temperatures at which it is stated. [1]
+# Number of temperatures at which the hysteresis is stated. [1]
 _POINTS = 5
 # Smallest number of blocks of each branch in the common range. [1] Judgement.
 _LEAST_BLOCKS = 10
@@ -96,9 +97,8 @@ class BiasFit:
         z = float(normal_quantile((1 + level) / 2))
         value = powers @ coefficients
         half = z * np.sqrt(np.einsum("ij,jk,ik->i", powers, covariance, powers))
-        average = np.array(
-            [1.0 / (k + 1) if k % 2 == 0 else 0.0 for k in range(_HYSTERESIS)]
-        )  # of the powers over -1 … 1
+        # averages of the powers over -1 … 1
+        average = np.array([1.0 / (k + 1) if k % 2 == 0 else 0.0 for k in range(_HYSTERESIS)])
         mean, mean_half = float(average @ coefficients), z * float(np.sqrt(average @ covariance @ average))
         return Hysteresis(
             temperature=temperature,
@@ -113,9 +113,9 @@ class BiasFit:
         )
 
     def columns(self, blocks: Blocks, temperature: Floats) -> dict[str, Floats]:
-        """The model at samples with these temperatures, without its constant, by name; each of shape (n,).
+        """Columns of the model by name, at the temperatures of samples, without the constant; each of shape (n,).
 
-        `temperature`: at the samples of the stream of the blocks. [°C]
+        `temperature`: temperature at each sample of the stream. [°C]
         """
         middle, half = (blocks.low + blocks.high) / 2, (blocks.high - blocks.low) / 2
         u = (temperature - middle) / half
@@ -139,7 +139,7 @@ def fit_bias(
     means : ndarray, shape (n_blocks,)
         NaN for missing blocks. [unit]
     degree : int, optional
-        Default: at most 3, without the highest coefficients that are smaller than their standard errors.
+        Default: 3, lowered while the highest coefficient is smaller than its standard error.
     white : float, optional
         Variance of the means by the random walk. Default: unknown. [unit²]
     least_ratio : float
@@ -171,7 +171,7 @@ def fit_bias(
 
 
 def _hysteresis_columns(t: Floats, direction: Ints) -> tuple[tuple[float, float] | None, Floats]:
-    """Range of temperatures that both branches cover, and columns of the difference: half of it falling, -half rising."""
+    """Range of temperatures that both branches cover, and the columns of the hysteresis in it."""
     rising, falling = t[direction > 0], t[direction < 0]
     if min(len(rising), len(falling)) < _LEAST_BLOCKS:
         return None, np.empty((len(t), 0))
@@ -183,7 +183,9 @@ def _hysteresis_columns(t: Floats, direction: Ints) -> tuple[tuple[float, float]
 
 
 def _branch_columns(t: Floats, direction: Ints, common: tuple[float, float]) -> Floats:
-    """Powers of the temperature, half of them falling, -half rising, and 0 outside the common range."""
+    """Columns of the hysteresis: powers of the temperature times ½ on the falling branch, times -½ on the rising branch,
+    and 0 outside the common range.
+    """
     inside = (t >= common[0]) & (t <= common[1])
     return _powers(t, common) * np.where(inside, -0.5 * direction, 0.0)[:, None]
 

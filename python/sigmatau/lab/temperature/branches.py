@@ -13,8 +13,8 @@ from sigmatau.fitting import mean_temperatures
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 
-# Number of blocks of a record. [1] Judgement: a block of a ramp of 125 K up and down is 1 K; twice as many take eight
-# times as long.
+# Number of blocks of a record. [1] Judgement: in a ramp of 125 K up and down, a block spans 1 K. The time of a fit grows
+# with the third power.
 _BLOCKS = 240
 # Smallest number of blocks. [1] Judgement: a cubic polynomial, a hysteresis and three noises need as many.
 _LEAST_BLOCKS = 60
@@ -22,15 +22,15 @@ _LEAST_BLOCKS = 60
 _LEAST_PRESENT = 0.5
 # Smallest range of temperatures. [K] Judgement: ArduPilot refuses less than 10 K, and a room wanders by 2 K.
 LEAST_RANGE = 5.0
-# Change of direction that ends a branch, over the range. [1] Judgement: a chamber overshoots by less.
+# Reversal that ends a branch, as a share of the range. [1] Judgement: a chamber overshoots by less.
 _TURN = 0.1
-# Half the width of a soak, over the range, and its smallest. [1], [K] Judgement: a chamber keeps within 1 K.
+# Half the width of a soak, as a share of the range, but at least 1 K. [1], [K] Judgement: a chamber holds within 1 K.
 _HELD, _LEAST_HELD = 0.01, 1.0
-# Shortest soak, over the record. [1] Judgement: shorter ones are pauses of a ramp.
+# Shortest soak, as a share of the record. [1] Judgement: shorter ones are pauses of a ramp.
 _SHORTEST_SOAK = 0.04
-# Smallest share of the record in soaks; otherwise it is a ramp. [1] Judgement.
+# Smallest share of the record in soaks; below it, the record is a ramp. [1] Judgement.
 _SOAKED = 0.4
-# Number of windows of a branch of a ramp. [1] Judgement: of 125 K, 25 K each.
+# Number of windows of a branch of a ramp. [1] Judgement: in a ramp of 125 K, each spans 25 K.
 _WINDOWS = 5
 
 
@@ -123,13 +123,13 @@ def split_blocks(stream: Stream, thermometer: Stream) -> Blocks:
     temperature = mean_temperatures(np.asarray(edges, dtype=np.float64), thermometer)
     finite = temperature[np.isfinite(temperature)]
     if len(finite) < _LEAST_BLOCKS:
-        raise DataError("the thermometer has too few values beside the samples. Check its time stamps")
+        raise DataError("the thermometer has too few values at the times of the samples. Check its time stamps")
     if np.ptp(finite) < LEAST_RANGE:
         raise DataError(
             f"the temperature varies by {np.ptp(finite):.2g} K; a calibration needs {LEAST_RANGE:g} K."
             " Heat or cool the sensor"
         )
-    # A block at a turn averages the last kelvin of the range away.
+    # The mean of a block at a turn lies inside the range, by up to one step.
     step = float(np.nanmax(np.abs(np.diff(temperature))))
     shown = thermometer.column(thermometer.channels[0])
     return Blocks(
@@ -144,7 +144,7 @@ def split_blocks(stream: Stream, thermometer: Stream) -> Blocks:
 
 
 def _directions(temperature: Floats) -> Ints:
-    """1 where the temperature rises, -1 where it falls. A soak belongs to the branch that ends in it."""
+    """Direction of each block: 1 if the temperature rises, -1 if it falls. A soak belongs to the branch that leads to it."""
     t = np.interp(
         np.arange(len(temperature)), np.flatnonzero(np.isfinite(temperature)), temperature[np.isfinite(temperature)]
     )
@@ -159,7 +159,7 @@ def _directions(temperature: Floats) -> Ints:
         if sign * (t[i] - t[extreme]) > 0:
             extreme = i
         elif sign * (t[extreme] - t[i]) > turn:
-            # The last block within the soak at the extreme ends the branch.
+            # The branch ends with the last block of the soak at its extreme.
             end = max(j for j in range(extreme, i) if sign * (t[extreme] - t[j]) <= held) + 1
             result[begin:end] = sign
             begin, extreme, sign = end, i, -sign
@@ -168,7 +168,7 @@ def _directions(temperature: Floats) -> Ints:
 
 
 def find_spans(blocks: Blocks) -> list[Span]:
-    """Soaks; or if the temperature is not held, windows of equal ranges of temperature on each branch."""
+    """The soaks of a record; of a ramp, the windows of its branches, which have equal ranges of temperature."""
     t, n = blocks.temperature, len(blocks.temperature)
     held = max(_HELD * (blocks.high - blocks.low), _LEAST_HELD)
     soaks, i = [], 0
@@ -177,7 +177,7 @@ def find_spans(blocks: Blocks) -> list[Span]:
         while j < n and np.nanmax(t[i : j + 1]) - np.nanmin(t[i : j + 1]) <= 2 * held:
             j += 1
         if j - i >= _SHORTEST_SOAK * n:
-            # The sensor still settles at both ends of a soak.
+            # At both ends of a soak the temperature still settles.
             middle = float(np.median(t[i:j]))
             inside = [k for k in range(i, j) if abs(t[k] - middle) <= held]
             soaks.append(

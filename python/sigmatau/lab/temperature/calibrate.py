@@ -36,8 +36,8 @@ def calibrate_temperature(
 ) -> TemperatureCalibration:
     """Noise and bias over temperature from a log with a thermometer: a ramp, or a soak in steps.
 
-    Each soak or window of a ramp gets the coefficients of its noise and its mean. The mean of the log is fitted by a
-    polynomial of temperature and, if the temperature rose and fell, by the difference of both branches.
+    Each soak, or window of a ramp, gets its mean and the coefficients of its noise. The bias is fitted by a polynomial of
+    temperature and, if the temperature rose and fell, a hysteresis, the difference of the two branches.
 
     Parameters
     ----------
@@ -113,13 +113,13 @@ def calibrate_temperature(
     )
     analysis = analyze(compensated, threads=threads)
     _refuse_motion(analysis)
-    raw = allan(_only(record, chosen), threads=threads)
+    raw = allan(_select_channels(record, chosen), threads=threads)
     results = {}
     for channel in parts:
         stream = compensated.stream_of(channel)
         blocks = by_stream[stream.name]
         clean = _without_disturbances(stream, channel, analysis)
-        # Disturbances are known now, and are left out of the means too.
+        # The disturbances that the analysis has found are left out of the means too.
         original = _without_disturbances(record.stream_of(channel), channel, analysis)
         overall = noise_terms(clean, parts[channel][0].columns(blocks, temperatures[stream.name]), level=level)
         walk = overall["random_walk"].value if "random_walk" in overall else None
@@ -170,7 +170,7 @@ def _chosen(record: Record, channels: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(chosen))
 
 
-def _only(record: Record, channels: Sequence[str]) -> Record:
+def _select_channels(record: Record, channels: Sequence[str]) -> Record:
     streams = [
         stream.of([name for name in stream.channels if name in channels])
         for stream in record.streams
@@ -189,18 +189,18 @@ def _fit(
     level: float,
     walk: float | None = None,
 ) -> tuple[BiasFit, BiasPolynomial]:
-    """Fit of the block means of a channel, and its polynomial.
+    """Fit the block means of a channel; return the fit and its polynomial.
 
     `walk`: random walk of the channel, if it is known.
     """
     white = None if walk is None else walk**2 / blocks.length
     fitted = fit_bias(blocks, blocks.means(stream, channel), degree=degree, white=white)
-    about = reference
-    if about is None:
-        about = ROOM if blocks.low <= ROOM <= blocks.high else (blocks.low + blocks.high) / 2
-    elif not blocks.low <= about <= blocks.high:
+    origin = reference
+    if origin is None:
+        origin = ROOM if blocks.low <= ROOM <= blocks.high else (blocks.low + blocks.high) / 2
+    elif not blocks.low <= origin <= blocks.high:
         raise OptionError(
-            f"{{option}} {about:g} °C is outside the observed {blocks.low:.4g} to {blocks.high:.4g} °C",
+            f"{{option}} {origin:g} °C is outside the observed {blocks.low:.4g} to {blocks.high:.4g} °C",
             option="reference",
         )
     p = fitted.degree + 1
@@ -210,7 +210,7 @@ def _fit(
         scaled=(blocks.low, blocks.high),
         low=blocks.low,
         high=blocks.high,
-        reference=about,
+        reference=origin,
         level=level,
         unit=stream.unit,
     )
@@ -218,16 +218,16 @@ def _fit(
 
 
 def _sample_temperatures(stream: Stream, blocks: Blocks) -> Floats:
-    """Temperature at each sample of a stream, between smoothed block means; shape (n,). [°C]"""
+    """Temperature at each sample of a stream, interpolated between block means, which removes its noise; shape (n,). [°C]"""
     finite = np.isfinite(blocks.temperature)
     middle = (np.flatnonzero(finite) + 0.5) * blocks.samples
     return np.asarray(np.interp(np.arange(stream.grid.n) + 0.5, middle, blocks.temperature[finite]))
 
 
 def _compensated(record: Record, polynomials: dict[str, BiasPolynomial], temperatures: dict[str, Floats]) -> Record:
-    """The record without the polynomials, except for their constants, and without the thermometer."""
+    """Subtract the polynomials, except for their constants, from the channels; the thermometer is omitted."""
     streams = []
-    for stream in _only(record, [*polynomials]).streams:
+    for stream in _select_channels(record, [*polynomials]).streams:
         t = temperatures[stream.name]
         columns = []
         for channel in stream.channels:

@@ -1,4 +1,4 @@
-"""Figures of a temperature calibration: mean over temperature with its polynomial, and the gain of the compensation."""
+"""Figures of a temperature calibration: mean against temperature with its polynomial, and the effect of compensation."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LEFT_MARGIN, _RIGHT, _TOP, _BOTTOM = 13.0, 1.0, 1.0, 7.5  # margins of axes [mm
 
 
 def draw_calibration(result: TemperatureCalibration, channels: Sequence[str], *, ax: Panels = None) -> Figure:
-    """Draw a panel of the mean, and beside it one of the Allan deviations, for each channel, with matplotlib."""
+    """Draw a panel of the mean and a panel of the Allan deviations for each channel with matplotlib."""
     from sigmatau.plot.style import label_axes, legend, make_panels, parent_figure
 
     unknown = [name for name in channels if name not in result]
@@ -35,49 +35,49 @@ def draw_calibration(result: TemperatureCalibration, channels: Sequence[str], *,
     pairs = all(channel.raw is not None for channel in chosen)
     panels = make_panels(ax, len(chosen) * (1 + pairs), columns=2 if pairs else 3, width=5.0, height=3.2)
     for k, channel in enumerate(chosen):
-        place = panels[k * (1 + pairs)]
+        panel = panels[k * (1 + pairs)]
         unit, size = mean_unit(channel)
         curve = _curve(channel)
-        place.fill_between(curve[0], curve[2], curve[3], color=COLOURS[0], alpha=0.2, linewidth=0)
-        place.plot(curve[0], curve[1], color=COLOURS[0], linewidth=1.2, label=f"polynomial, {100 * result.level:g} %")
+        panel.fill_between(curve[0], curve[2], curve[3], color=COLOURS[0], alpha=0.2, linewidth=0)
+        panel.plot(curve[0], curve[1], color=COLOURS[0], linewidth=1.2, label=f"polynomial, {100 * result.level:g} %")
         for branch in ("rising", "falling", ""):
             t, mean, low, high = _points(channel, branch)
             if len(t):
                 bars = np.nan_to_num(np.array([mean - low, high - mean]))
                 colour = COLOURS[1] if branch != "falling" else COLOURS[2]
-                place.errorbar(
+                panel.errorbar(
                     t, mean, yerr=bars, fmt=_MARKS[branch], color=colour, markersize=4, linewidth=1,
                     label=branch or "runs",
                 )  # fmt: skip
-        place.set_title(channel.channel)
-        label_axes(place, "temperature [°C]", f"mean [{unit}]")
-        legend(place)
+        panel.set_title(channel.channel)
+        label_axes(panel, "temperature [°C]", f"mean [{unit}]")
+        legend(panel)
         if pairs and channel.raw is not None and channel.compensated is not None:
-            place = panels[2 * k + 1]
+            panel = panels[2 * k + 1]
             for name, deviation, colour in (
                 ("as recorded", channel.raw, COLOURS[1]),
                 ("compensated", channel.compensated, COLOURS[0]),
             ):
                 low, high = deviation.interval()
-                place.fill_between(deviation.tau, low / size, high / size, color=colour, alpha=0.2, linewidth=0)
-                place.loglog(deviation.tau, deviation.adev / size, color=colour, linewidth=1.2, label=name)
-            place.set_title(channel.channel)
-            label_axes(place, "averaging time τ [s]", f"σ(τ) [{unit}]")
-            legend(place)
+                panel.fill_between(deviation.tau, low / size, high / size, color=colour, alpha=0.2, linewidth=0)
+                panel.loglog(deviation.tau, deviation.adev / size, color=colour, linewidth=1.2, label=name)
+            panel.set_title(channel.channel)
+            label_axes(panel, "averaging time τ [s]", f"σ(τ) [{unit}]")
+            legend(panel)
     return parent_figure(panels[0])
 
 
 def bias_svg(channel: ChannelCalibration, *, width: float, height: float) -> str:
-    """The mean over temperature with its polynomial as SVG, in millimetres."""
+    """The mean against temperature with its polynomial as SVG; width and height in millimetres."""
     drawing, ax = _axes(width, height)
     t, value, low, high = _curve(channel)
     points = [_points(channel, branch) for branch in ("rising", "falling", "")]
-    every = np.concatenate([low, high, *(np.concatenate(part[1:]) for part in points)])
-    every = every[np.isfinite(every)]
-    spare = max(0.06 * float(np.ptp(every)), 1e-9 * float(np.abs(every).max()), 1e-300)
-    reach = 0.03 * float(np.ptp(t))
-    ax.linear_x(float(t[0]) - reach, float(t[-1]) + reach)
-    ax.linear_y(float(every.min()) - spare, float(every.max()) + spare, count=5)
+    y = np.concatenate([low, high, *(np.concatenate(part[1:]) for part in points)])
+    y = y[np.isfinite(y)]
+    y_margin = max(0.06 * float(np.ptp(y)), 1e-9 * float(np.abs(y).max()), 1e-300)
+    x_margin = 0.03 * float(np.ptp(t))
+    ax.linear_x(float(t[0]) - x_margin, float(t[-1]) + x_margin)
+    ax.linear_y(float(y.min()) - y_margin, float(y.max()) + y_margin, count=5)
     ax.area(t, low, high, COLOURS[0])
     ax.line(t, value, COLOURS[0], 0.9)
     for (across, mean, lower, upper), branch, colour in zip(
@@ -91,7 +91,7 @@ def bias_svg(channel: ChannelCalibration, *, width: float, height: float) -> str
 
 
 def deviations_svg(channel: ChannelCalibration, *, width: float, height: float) -> str:
-    """The Allan deviations before and after the compensation as SVG, in millimetres; empty without them."""
+    """The Allan deviations before and after the compensation as SVG; empty without them. Width and height in millimetres."""
     if channel.raw is None or channel.compensated is None:
         return ""
     drawing, ax = _axes(width, height)

@@ -2,12 +2,12 @@
 
 PX4 subtracts X0 + X1·d + X2·d² + X3·d³ from a raw sample, d = T - TREF with T limited to TMIN … TMAX; units are rad/s and
 m/s² (``TemperatureCompensation::calc_thermal_offsets_3D``). The constant of an accelerometer is written as 0, because it
-has gravity in it, and the calibration of positions measures it (as PX4's own calibration does).
+contains gravity; the calibration of positions measures the offset, as PX4's own calibration does.
 
-ArduPilot subtracts (C1·d + C2·d² + C3·d³)·1e-6 with d = T - 35 °C, less the same at the temperature of the last
-calibration of offsets, T limited to TMIN … TMAX; a constant has no parameter (``AP_InertialSensor::TCal``).
+ArduPilot subtracts (C1·d + C2·d² + C3·d³)·1e-6 with d = T - 35 °C, and adds its value at the temperature of the last
+calibration of offsets; T is limited to TMIN … TMAX, and the constant has no parameter (``AP_InertialSensor::TCal``).
 
-Both evaluate single precision.
+Both compute in single precision.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from sigmatau.record import stream_name
 AUTOPILOTS = ("px4", "ardupilot")
 """Names of the targets."""
 
-_DEGREE = 3  # of the polynomials of both
+_DEGREE = 3  # degree of the polynomials of both autopilots
 _ARDUPILOT_REFERENCE = 35.0  # TEMP_REFERENCE of AP_InertialSensor_tempcal.cpp [°C]
 _ARDUPILOT_SCALE = 1e6  # SCALE_FACTOR of the same file
 _ARDUPILOT_RANGE = (-70.0, 80.0)  # documented range of TMIN and TMAX [°C]
-_ARDUPILOT_LEAST_RANGE = 10.0  # smallest range that its calibration accepts [K]
+_ARDUPILOT_LEAST_RANGE = 10.0  # smallest range that the calibration of ArduPilot accepts [K]
 _SENSORS = {"gyro": "G", "accel": "A"}
 _AXES = "xyz"
 
@@ -40,12 +40,12 @@ def parameters_px4(result: TemperatureCalibration, *, instance: int = 0, device_
     Parameters
     ----------
     result : TemperatureCalibration
-        Of gyros, accelerometers or both; polynomials of degree 3 or less.
+        Calibration of gyros, accelerometers or both, with polynomials of degree 3 or less.
     instance : int
         Number of the sensor in the autopilot, 0 to 3.
     device_id : int
-        Its ``device_id``, which PX4 compares with ``TC_G0_ID``: of ``sensor_gyro`` in a ULog. A value of 0 has to be set
-        in the ground station.
+        ``device_id`` of the sensor, which PX4 compares with ``TC_G0_ID``; a ULog has it in ``sensor_gyro``. If it is 0, set
+        it in the ground station.
 
     Returns
     -------
@@ -102,8 +102,8 @@ def parameters_ardupilot(result: TemperatureCalibration, *, instance: int = 1) -
     Parameters
     ----------
     result : TemperatureCalibration
-        Of gyros, accelerometers or both; polynomials of degree 3 or less. Coefficients of a sensor that the result lacks
-        are 0.
+        Calibration of gyros, accelerometers or both, with polynomials of degree 3 or less. Coefficients of a sensor that it
+        lacks are 0.
     instance : int
         Number of the IMU, 1 to 5.
 
@@ -167,7 +167,7 @@ def parameter_file(
     instance : int, optional
         Number of the sensor. Default: the first, 0 of PX4 and 1 of ArduPilot.
     device_id : int
-        Of PX4, see `parameters_px4`.
+        ``device_id`` for PX4, see `parameters_px4`.
 
     Returns
     -------
@@ -211,7 +211,7 @@ def parameter_file(
 
 
 def _number(value: float) -> str:
-    """A number that reads back to the same single-precision number."""
+    """Text of a number from which the same single-precision number is read."""
     return f"{np.float32(value):.9g}"
 
 
@@ -221,7 +221,7 @@ def _padded(polynomial: BiasPolynomial) -> list[float]:
 
 
 def _sensors(result: TemperatureCalibration) -> Mapping[str, dict[str, BiasPolynomial]]:
-    """Polynomials by sensor and axis; raises `DataError` for what the autopilots have no parameters for."""
+    """Polynomials by sensor and axis; raises `DataError` for a result that has no parameters in an autopilot."""
     sensors: dict[str, dict[str, BiasPolynomial]] = {}
     for name, channel in result.items():
         sensor, axis = stream_name(name), name.rpartition("_")[2]

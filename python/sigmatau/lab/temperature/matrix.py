@@ -35,7 +35,7 @@ class MatrixCell:
     unit : str
         Serial number.
     temperature : float
-        Mean temperature of its group. [°C]
+        Middle of the group of temperatures to which the run belongs. [°C]
     channel, quantity, rate_unit : str
     term : str
         Coefficient, or ``"mean"``.
@@ -57,12 +57,12 @@ class MatrixCell:
 
 @frozen
 class MatrixTable:
-    """The largest of the axes of a sensor, by unit and temperature.
+    """A coefficient of a sensor by unit and temperature: the largest value of its axes.
 
     Attributes
     ----------
     sensor, term, unit : str
-        Unit in which the cells are written.
+        Sensor, coefficient, and unit of the cells.
     rows : tuple of (str, tuple of str)
         Name of a unit, and a cell for each temperature.
     values : ndarray, shape (n_units, n_temperatures)
@@ -90,9 +90,9 @@ class TemperatureMatrix(Tabular):
     ----------
     cells : tuple of MatrixCell
     units : tuple of str
-        In natural order.
+        Names of the units in natural order.
     temperatures : tuple of float
-        Rising. [°C]
+        Temperatures in ascending order. [°C]
 
     See Also
     --------
@@ -126,14 +126,14 @@ class TemperatureMatrix(Tabular):
             for i, name in enumerate(self.units):
                 texts = []
                 for j, temperature in enumerate(self.temperatures):
-                    here = [cell for cell in cells if cell.unit == name and cell.temperature == temperature]
-                    text, values[i, j] = _largest(here, size)
+                    axis_cells = [cell for cell in cells if cell.unit == name and cell.temperature == temperature]
+                    text, values[i, j] = _largest(axis_cells, size)
                     texts.append(text)
                 rows.append((name, tuple(texts)))
             yield MatrixTable(sensor=sensor, term=term, unit=unit, rows=tuple(rows), values=values)
 
     def plot(self, ax: Panels = None) -> Figure:
-        """Draw each coefficient over temperature, a line for each unit and a thick one for the median.
+        """Draw each coefficient against temperature: a line for each unit, and a thick line for the median.
 
         Parameters
         ----------
@@ -186,8 +186,8 @@ def temperature_matrix(results: Sequence[tuple[str, float, Analysis]]) -> Temper
     Parameters
     ----------
     results : sequence of (str, float, Analysis)
-        Serial number, temperature [°C], and result of each run. Of several runs of a unit at a temperature, the last is
-        used.
+        Serial number, temperature [°C], and result of each run. If a unit has several runs at a temperature, the last one
+        is used.
 
     Returns
     -------
@@ -200,7 +200,7 @@ def temperature_matrix(results: Sequence[tuple[str, float, Analysis]]) -> Temper
 
     See Also
     --------
-    calibrate_over_runs : polynomial of one unit.
+    calibrate_over_runs : fits the polynomial of one unit.
 
     Examples
     --------
@@ -218,7 +218,7 @@ def temperature_matrix(results: Sequence[tuple[str, float, Analysis]]) -> Temper
     cells: list[MatrixCell] = []
     for (unit, group), result in latest.items():
         for channel, fitted in result.fits.items():
-            place: Mapping[str, Any] = {
+            keys: Mapping[str, Any] = {
                 "unit": unit,
                 "temperature": group,
                 "channel": channel,
@@ -230,12 +230,12 @@ def temperature_matrix(results: Sequence[tuple[str, float, Analysis]]) -> Temper
                     term = fitted[name]
                     cells.append(
                         MatrixCell(
-                            **place, term=name, value=term.value, low=term.low, high=term.high, limit=term.upper_limit
+                            **keys, term=name, value=term.value, low=term.low, high=term.high, limit=term.upper_limit
                         )
                     )
             if channel in result.means:
                 mean = result.means[channel].value
-                cells.append(MatrixCell(**place, term=MEAN, value=mean, low=None, high=None, limit=None))
+                cells.append(MatrixCell(**keys, term=MEAN, value=mean, low=None, high=None, limit=None))
     if not cells:
         raise DataError("no result has a fit. Analyse logs of sensors at rest")
     return TemperatureMatrix(

@@ -26,27 +26,27 @@ def draw_matrix(matrix: TemperatureMatrix, *, ax: Panels = None) -> Figure:
     tables = list(matrix.tables())
     panels = make_panels(ax, len(tables), columns=3, width=4, height=3)
     t = np.array(matrix.temperatures)
-    for place, table in zip(panels, tables, strict=True):
+    for panel, table in zip(panels, tables, strict=True):
         for row in table.values:
             shown = np.isfinite(row)
-            place.plot(t[shown], row[shown], color=_FAINT, linewidth=0.6, marker="o", markersize=2)
+            panel.plot(t[shown], row[shown], color=_FAINT, linewidth=0.6, marker="o", markersize=2)
         shown, median = _median(table)
-        place.plot(t[shown], median, color=COLOURS[0], linewidth=1.6, marker="o", markersize=4, label="median")
-        place.set_title(table.title)
-        label_axes(place, "temperature [°C]", f"[{table.unit}]")
-        legend(place)
+        panel.plot(t[shown], median, color=COLOURS[0], linewidth=1.6, marker="o", markersize=4, label="median")
+        panel.set_title(table.title)
+        label_axes(panel, "temperature [°C]", f"[{table.unit}]")
+        legend(panel)
     return parent_figure(panels[0])
 
 
 def table_svg(matrix: TemperatureMatrix, table: MatrixTable, *, width: float, height: float) -> str:
-    """A panel as SVG, in millimetres."""
+    """The panel of a table as SVG; width and height in millimetres."""
     drawing = Drawing(width, height, font="system-ui, sans-serif")
     ax = drawing.axes(_LEFT_MARGIN, _TOP, width - _LEFT_MARGIN - _RIGHT, height - _TOP - _BOTTOM)
-    t, every = np.array(matrix.temperatures), table.values[np.isfinite(table.values)]
-    reach = 0.05 * float(np.ptp(t)) or 1.0
-    spare = max(0.06 * float(np.ptp(every)), 1e-3 * float(every.max()), 1e-300)
-    ax.linear_x(float(t.min()) - reach, float(t.max()) + reach)
-    ax.linear_y(float(every.min()) - spare, float(every.max()) + spare, count=5)
+    t, y = np.array(matrix.temperatures), table.values[np.isfinite(table.values)]
+    x_margin = 0.05 * float(np.ptp(t)) or 1.0
+    y_margin = max(0.06 * float(np.ptp(y)), 1e-3 * float(y.max()), 1e-300)
+    ax.linear_x(float(t.min()) - x_margin, float(t.max()) + x_margin)
+    ax.linear_y(float(y.min()) - y_margin, float(y.max()) + y_margin, count=5)
     for row in table.values:
         shown = np.isfinite(row)
         ax.line(t[shown], row[shown], _FAINT, 0.4)

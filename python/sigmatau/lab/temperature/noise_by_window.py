@@ -1,4 +1,4 @@
-"""Coefficients of the noise in a window of a log, beside the change of its mean with temperature."""
+"""Noise coefficients of a window of a log, whose mean follows the temperature."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from sigmatau.fitting import QUANTIFIED, FittedTerm
 from sigmatau.lab.temperature.result import TERMS
 from sigmatau.noise.terms import NOISE
 
-_TERMS = tuple(name for name in NOISE if name != "rate_ramp")  # the drift with temperature is in the model
-# Smallest range of temperature whose effect on the mean is in the model. [K] Judgement: a chamber holds 0.1 K.
+_TERMS = tuple(name for name in NOISE if name != "rate_ramp")  # the regressors model the drift
+# Smallest range of temperature for which the model has regressors of temperature. [K] Judgement: a chamber holds 0.1 K.
 _LEAST_SPAN = 0.1
-# Smallest number of samples. [1] Judgement: the likelihood needs 256, and a coefficient to a tenth needs a thousand.
+# Smallest number of samples. [1] Judgement: the likelihood needs 256, and an error of 10 % needs a thousand.
 _LEAST_SAMPLES = 1024
 
 
 def window_terms(
     stream: Stream, temperature: Floats, start: int, stop: int, *, level: float
 ) -> Mapping[str, FittedTerm]:
-    """Random walk, bias instability and rate random walk of a window, without the mean that follows the temperature.
+    """Random walk, bias instability and rate random walk of a window; the effect of temperature on the mean is fitted too.
 
     Parameters
     ----------
     stream : Stream
-        Of one channel.
+        A stream with one channel.
     temperature : ndarray, shape (n,)
-        At the samples of the stream. [°C]
+        Temperature at each sample of the stream. [°C]
     start, stop : int
         Samples, from `start` to before `stop`.
     level : float
@@ -50,7 +50,7 @@ def window_terms(
 
 
 def noise_terms(stream: Stream, regressors: Mapping[str, Floats], *, level: float) -> Mapping[str, FittedTerm]:
-    """Random walk, bias instability and rate random walk of a stream of one channel, beside curves of its mean.
+    """Random walk, bias instability and rate random walk of a stream with one channel; regressors are fitted too.
 
     Parameters
     ----------

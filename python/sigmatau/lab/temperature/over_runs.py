@@ -18,9 +18,9 @@ from sigmatau.lab.temperature.calibrate import ROOM
 from sigmatau.lab.temperature.polynomial import BiasPolynomial, from_scaled
 from sigmatau.lab.temperature.result import TERMS, ChannelCalibration, TemperatureCalibration, TemperatureWindow
 
-_LEAST_FREEDOM = 2  # smallest number of runs above the number of coefficients
-_SAME = 1.0  # temperatures that differ by less count once [K]
-# Ratio of the highest coefficient to its standard error below which it is left out, as for a log.
+_LEAST_FREEDOM = 2  # smallest number of runs beyond the number of coefficients
+_SAME = 1.0  # temperatures that differ by less count as one [K]
+# Ratio of the highest coefficient to its standard error below which the degree is lowered, as for a log. [1]
 _LEAST_RATIO = 1.0
 
 
@@ -37,7 +37,7 @@ class TemperatureRun:
 
     See Also
     --------
-    calibrate_over_runs : fits several.
+    calibrate_over_runs : calibrates a sensor from several runs.
 
     Examples
     --------
@@ -147,14 +147,14 @@ def _channel(
         raise DataError(
             f"the runs of {channel} are within {high - low:.2g} K. Measure at temperatures {LEAST_RANGE:g} K apart"
         )
-    about = reference
-    if about is None:
-        about = ROOM if low <= ROOM <= high else (low + high) / 2
-    elif not low <= about <= high:
+    origin = reference
+    if origin is None:
+        origin = ROOM if low <= ROOM <= high else (low + high) / 2
+    elif not low <= origin <= high:
         raise OptionError(
-            f"{{option}} {about:g} °C is outside the observed {low:.4g} to {high:.4g} °C", option="reference"
+            f"{{option}} {origin:g} °C is outside the observed {low:.4g} to {high:.4g} °C", option="reference"
         )
-    polynomial, spread = fit_runs(t, means, degree=degree, reference=about, level=level, unit=unit)
+    polynomial, spread = fit_runs(t, means, degree=degree, reference=origin, level=level, unit=unit)
     curve = next(run.result.curves[channel] for run in runs if channel in run.result.curves)
     return ChannelCalibration(
         channel=channel,
@@ -167,7 +167,7 @@ def _channel(
 
 
 def _window(channel: str, run: TemperatureRun, level: float) -> TemperatureWindow:
-    """The noise of a run; its mean has an interval if its noise averages out."""
+    """Mean and noise of a run. The mean has an interval if its standard error is known."""
     mean = run.result.means[channel]
     half = None if mean.error is None else float(normal_quantile((1 + level) / 2)) * mean.error
     fitted: Mapping[str, object] = run.result.fits.get(channel, {})

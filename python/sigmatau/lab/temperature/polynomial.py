@@ -17,7 +17,8 @@ from sigmatau.results import Printed, plain
 WORDS = ("constant", "linear", "quadratic", "cubic", "quartic", "quintic")
 """Names of the degrees."""
 
-# Distance from the observed range that counts as inside, over the range. [1] Judgement: a log from -39.9 °C shows -40 °C.
+# Distance outside the observed range that is accepted, as a share of the range. [1] Judgement: a log from -39.9 °C shows
+# -40 °C.
 _REACH = 0.01
 
 
@@ -41,18 +42,18 @@ class BiasCurve:
 
 @frozen(eq=False)
 class BiasPolynomial(Printed):
-    """Mean of a channel over temperature: Σ c_k·(T - reference)^k.
+    """Mean of a channel as a polynomial of temperature: Σ c_k·(T - reference)^k.
 
     Attributes
     ----------
     reference : float
-        Temperature at which the constant is the bias. [°C]
+        Temperature at which the constant c_0 is the bias. [°C]
     low, high : float
         Range of the observed temperatures. [°C]
     coefficients : ndarray, shape (degree + 1,)
         c_0, c_1 … [unit/K^k]
     covariance : ndarray, shape (degree + 1, degree + 1)
-        Covariance of the coefficients in coloured noise. [unit²/K^(j + k)]
+        Covariance of the coefficients, with allowance for coloured noise. [unit²/K^(j + k)]
     level : float
         Confidence level of intervals.
     unit : str
@@ -136,8 +137,10 @@ class BiasPolynomial(Printed):
         -------
         BiasPolynomial
         """
-        moved, p = reference - self.reference, self.degree + 1
-        shift = np.array([[math.comb(k, j) * moved ** (k - j) if k >= j else 0.0 for k in range(p)] for j in range(p)])
+        distance, p = reference - self.reference, self.degree + 1
+        shift = np.array(
+            [[math.comb(k, j) * distance ** (k - j) if k >= j else 0.0 for k in range(p)] for j in range(p)]
+        )
         return BiasPolynomial(
             reference=reference,
             low=self.low,
@@ -178,7 +181,7 @@ def from_scaled(
     level: float,
     unit: str,
 ) -> BiasPolynomial:
-    """The polynomial of coefficients of powers of a temperature that is -1 and 1 at the ends of `scaled`."""
+    """Convert coefficients for a scaled temperature, -1 and 1 at the ends of `scaled`, to a polynomial in kelvin."""
     middle, half = (scaled[0] + scaled[1]) / 2, (scaled[1] - scaled[0]) / 2
     scale = half ** -np.arange(len(coefficients), dtype=np.float64)
     about_middle = BiasPolynomial(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from sigmatau.plot.style import Panels
 
 TERMS = ("random_walk", "bias_instability", "rate_random_walk")
-"""Coefficients at each temperature."""
+"""Noise coefficients that are estimated at each temperature."""
 
 
 @frozen(eq=False)
@@ -40,12 +40,12 @@ class TemperatureWindow:
     span : float
         Range of the temperature. [K]
     branch : {"rising", "falling", ""}
-        Direction of the change in which the temperature was reached; empty for a run.
+        Direction from which the temperature was reached; empty for a run.
     held : bool
         Whether the temperature was held.
     mean, low, high : float
-        Mean of the channel with its interval: that of the bias of this log at this temperature; of a run, without the
-        change from one power-up to the next. [unit]
+        Mean of the channel with its interval, which does not include the change of the bias from one power-up to the
+        next. [unit]
     terms : mapping of str to FittedTerm
         Random walk, bias instability and rate random walk; empty if the window is too short.
     """
@@ -77,14 +77,14 @@ class ChannelCalibration:
     Attributes
     ----------
     channel, quantity, unit : str
-        Unit of the mean: SI.
+        Name, quantity and SI unit of the channel.
     windows : tuple of TemperatureWindow
-        In order of time.
+        Windows in order of time.
     polynomial : BiasPolynomial
     overall : mapping of str to FittedTerm
         Coefficients of the whole log without polynomial and hysteresis; empty for runs.
     hysteresis : Hysteresis or None
-        None if the temperature changed in one direction only, or for runs.
+        None for runs, or if the temperature changed in only one direction.
     raw, compensated : DeviationCurve or None
         Allan deviation as recorded, and after the polynomial was subtracted; None for runs.
     run_spread : float or None
@@ -174,14 +174,14 @@ class TemperatureCalibration(Mapping[str, ChannelCalibration], Tabular):
         return len(self.channels)
 
     def plot(self, *channels: str, ax: Panels = None) -> Figure:
-        """Draw the mean over temperature with its polynomial, and the Allan deviations before and after.
+        """Draw the mean against temperature with its polynomial, and the Allan deviations as recorded and compensated.
 
         Parameters
         ----------
         *channels : str
             Names of the channels. Default: all.
         ax : sequence of matplotlib axes, optional
-            Two for each channel of a log, one for each channel of runs. Default: a new figure.
+            Two axes for each channel of a log, one for each channel of runs. Default: a new figure.
 
         Returns
         -------
@@ -204,7 +204,7 @@ class TemperatureCalibration(Mapping[str, ChannelCalibration], Tabular):
         instance : int, optional
             Number of the sensor in the autopilot. Default: the first, 0 of PX4 and 1 of ArduPilot.
         device_id : int
-            ``device_id`` of the sensor in PX4, with which it compares ``TC_G0_ID``. 0 has to be set in the ground station.
+            ``device_id`` of the sensor, which PX4 compares with ``TC_G0_ID``. If it is 0, set it in the ground station.
 
         Returns
         -------

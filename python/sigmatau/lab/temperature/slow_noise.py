@@ -1,13 +1,13 @@
-"""Generalised least squares of block means in random walk, bias instability and rate random walk of unknown sizes.
+"""Generalised least squares of block means with random walk, bias instability and rate random walk of unknown sizes.
 
 The noise of a sensor is coloured: its means over minutes are correlated, and an ordinary fit of a polynomial would state
 errors that are several times too small. The covariance of the block means is σ²·(R_N + b²·R_B + k²·R_K), with the exact
-covariances R of the three terms. σ is that of the random walk of the samples, or is integrated out; b and k are averaged
+covariances R of the three terms. σ is known from the random walk of the samples, or is integrated out; b and k are averaged
 over a grid with the restricted likelihood as weight. The result allows for slow noise that the record neither shows nor
 excludes.
 
-Noise is counted from its mean over the record: flicker noise and a random walk have no mean of their own, and the bias of
-a run includes theirs. The constant of a fit is therefore the bias of this run.
+Noise is taken about its mean over the record, because flicker noise and a random walk have no expected mean: their mean
+is part of the bias of the run. The constant of a fit is therefore the bias of this run.
 
 References
 ----------
@@ -31,9 +31,9 @@ _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 # [1] Judgement: from noise that no record shows to noise that hides the random walk.
 _RATIOS = 10.0 ** np.linspace(-1.5, 2.0, 29)
 _WALK_RATIOS = 10.0 ** np.linspace(-1.5, 2.0, 29)
-# Power of k in the weights, which are uniform in the logarithms otherwise. [1] Study: docs/study/temperature.md. A record
-# that hides a rate random walk does not exclude it: in 250 of its sets with a small K, 88 % of the intervals contained the
-# truth with a power of 0, and 94 % with 1.25.
+# Power of k in the weights; 0 is a uniform prior of ln k. [1] Study: docs/study/temperature.md. A record can hide a small
+# rate random walk: in 250 simulated sets with a small K, 88 % of the 95 % intervals contained the truth with a power of 0,
+# and 94 % with 1.25.
 _WALK_POWER = 1.25
 
 
@@ -46,7 +46,7 @@ class SlowNoiseFit:
     coefficients : ndarray, shape (n_columns,)
         [unit of the means per unit of a column]
     covariance : ndarray, shape (n_columns, n_columns)
-        Their covariance, with the uncertainty of the noise.
+        Covariance of the coefficients; it includes the uncertainty of the noise.
     noise : ndarray, shape (n, n)
         Covariance of the noise of the block means about its mean over the record. [(unit of the means)²]
     residuals : ndarray, shape (n,)
@@ -112,7 +112,7 @@ def fit_slow_noise(
 
 @frozen(eq=False)
 class _Posterior:
-    """Logarithms of the weights, estimates, their covariances, and variances of the random walk, for one b and each k."""
+    """Results for one b and every k: logarithms of the weights, estimates, covariances, variances of the random walk."""
 
     logs: Floats
     estimates: Floats
@@ -136,7 +136,7 @@ def _at_ratio(root: _Root, table: Floats, white: float | None) -> _Posterior:
     rest = np.maximum(moments[:, p, p] - np.einsum("ki,ki->k", estimates, projected), np.finfo(float).tiny)
     determinants = root.determinant + np.log(spectra).sum(axis=1) + np.linalg.slogdet(information)[1]
     misfit = (n - p) * np.log(rest) if white is None else rest / white
-    inverse[:, 0, 0] -= 1.0 / n  # the constant of `_whitened`
+    inverse[:, 0, 0] -= 1.0 / n  # removes the constant that `_whitened` added
     variances = rest / (n - p - 2) if white is None else np.full(len(rest), white)
     return _Posterior(
         logs=_WALK_POWER * np.log(_WALK_RATIOS) - 0.5 * (determinants + misfit),
@@ -152,18 +152,18 @@ class _Root:
 
     vectors: Floats
     values: Floats
-    determinant: float  # logarithm of that of A
+    determinant: float  # logarithm of the determinant of A
 
 
 @functools.lru_cache(maxsize=4)
 def _whitened(positions: tuple[int, ...], samples: int) -> tuple[tuple[Floats, ...], tuple[_Root, ...]]:
-    """Covariances of the terms, and for each ratio of flicker noise what makes the noise white for any random walk."""
+    """Covariances of the terms, and for each ratio of flicker noise the basis that whitens the noise for any random walk."""
     from scipy.linalg import eigh
 
     parts, n = _centred(positions, samples), len(positions)
     roots = []
     for b in _RATIOS:
-        # A constant of variance 1/n makes the covariance regular. It adds to the first coefficient, and is taken off.
+        # A constant of variance 1/n makes the covariance regular. `_at_ratio` subtracts it from the first coefficient.
         covariance = parts[0] + b * b * parts[1] + 1.0 / n
         values, vectors = eigh(parts[2], covariance, check_finite=False)
         determinant = float(np.linalg.slogdet(covariance)[1])
@@ -172,7 +172,7 @@ def _whitened(positions: tuple[int, ...], samples: int) -> tuple[tuple[Floats, .
 
 
 def _centred(positions: tuple[int, ...], samples: int) -> tuple[Floats, Floats, Floats]:
-    """Covariances of the terms in the block means about their mean over all blocks, each with a mean variance of 1."""
+    """Covariance of the block means about their mean over all blocks, for each term, scaled to a mean variance of 1."""
     place = np.array(positions)
     apart = np.abs(np.subtract.outer(place, place))
     lags = np.arange(int(apart.max()) + 2)

@@ -1,4 +1,4 @@
-"""A temperature calibration in words: tables for the terminal, which the page has too."""
+"""A temperature calibration in words: the tables of the terminal and of the page."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-// Figures of the pages of the laboratory: drawn when they come near the window, with a legend that shows and hides lines.
+// Figures of the pages of the laboratory. They are drawn when they scroll into view; a legend shows and hides their lines.
 
 const labFigures = [];
 const MOST_COLOURS = 6;
 
-/** A figure. `legend`: names and colours of the style sheet; a line belongs to the entry of its `key`, or else of its name. */
+/** Make a figure. `legend`: names and colours of the style sheet; a line belongs to the entry of its `key`, otherwise of its name. */
 function labFigure(place, title, height, legend, describe, read) {
   const body = make("div", { className: "plot" }), readout = make("div", { className: "readout" });
   body.style.minHeight = `${height}px`;
@@ -20,7 +20,7 @@ function labFigure(place, title, height, legend, describe, read) {
   figure.redraw = () => {
     if (figure.plot) { plots.delete(figure.plot); figure.plot.u.destroy(); }
     const described = describe();
-    for (const axis of ["x", "y"]) described[axis].range = fullRange(described, axis); // also of what is hidden
+    for (const axis of ["x", "y"]) described[axis].range = fullRange(described, axis); // including hidden lines
     described.lines = described.lines.filter((line) => !hidden.has(line.key ?? line.name));
     described.onread = (point) => readout.replaceChildren(...(point ? read(point) : [hint]));
     figure.plot = draw(body, described);
@@ -35,7 +35,7 @@ function labFigure(place, title, height, legend, describe, read) {
   labWatcher.observe(element);
 }
 
-/** Names of what is drawn, in their colours of the style sheet; each is a button that hides and shows its lines. */
+/** Legend: a button for each name, in its colour, that hides and shows its lines. */
 function legendOf(entries, hidden, changed) {
   return make("div", { className: "controls" }, ...entries.map(([name, paint]) => {
     const swatch = make("i");
@@ -58,10 +58,10 @@ const labWatcher = new IntersectionObserver((entries) => {
   }
 }, { rootMargin: "400px" });
 
-/** One figure a time when the page has nothing else to do, so that scrolling stays smooth. */
+/** Run a task when the browser is idle, so that scrolling stays smooth. */
 const requestIdle = window.requestIdleCallback ? (task) => requestIdleCallback(task, { timeout: 300 }) : (task) => setTimeout(task, 0);
 
-// On paper two figures are beside each other.
+// On paper, two figures share a line.
 const HALF_PAPER = 310; // width of a plot on A4 [px]
 onPrint(() => {
   for (const figure of labFigures) figure.draw();

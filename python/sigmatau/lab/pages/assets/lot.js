@@ -1,9 +1,9 @@
-// The page of a lot: curves of all units, values over the order of the units, sorting of the table.
+// The page of a lot: curves of all units, values in the order of the units, sorting and search of the table.
 
 const markedColour = (k) => `axis-${1 + (k % (MOST_COLOURS - 1))}`;
 const faint = () => faded(colour("guide"), 0.35);
 
-/** Curves of all units in one stroke: a series each would make the page slow with hundreds of them. */
+/** Draw the curves of all units in one stroke: a series for each of hundreds of units would make the page slow. */
 function thinLines(u, { thin }) {
   const { ctx, bbox } = u, across = thin.x.map((value) => u.valToPos(value, "x", true));
   ctx.save();
@@ -28,24 +28,24 @@ function thinLines(u, { thin }) {
   ctx.restore();
 }
 
-/** Curves of a channel. Those of units without a name of their own are one line each, thin and without points. */
+/** Describe the curves of a channel. Only marked units have a line with a name; all others are thin lines. */
 function describeCurves(panel) {
   const { tau, median, low, high, unit } = panel;
   const values = (row) => row.map((step, k) => (step === null ? null : median[k] * 10 ** (step / 1000)));
   const lines = [], middle = median.map(Math.log10);
   const rows = panel.rows.map((row) => row.map((step, k) => (step === null ? null : middle[k] + step / 1000))); // logarithms
-  let least = Infinity, most = -Infinity;
-  for (const row of rows) for (const value of row) if (value !== null) { least = Math.min(least, value); most = Math.max(most, value); }
+  let smallest = Infinity, largest = -Infinity;
+  for (const row of rows) for (const value of row) if (value !== null) { smallest = Math.min(smallest, value); largest = Math.max(largest, value); }
   lines.push({ name: "10 % to 90 % of the units", key: "median, 10–90 %", x: tau, y: median, low, high, colour: () => colour("axis-0"), width: 1.8, read: true });
   panel.limits.forEach(({ text: name, adev }) => lines.push({ name, key: "maximum", x: tau, y: adev, colour: () => colour("poor"), width: 1.2, dash: [6, 4], read: true, framed: false }));
   panel.marked.forEach((unit_, k) => {
-    const at = panel.of.indexOf(unit_);
-    if (at >= 0) lines.push({ name: content.units[unit_], x: tau, y: values(panel.rows[at]), colour: () => colour(markedColour(k)), width: 1.3, read: true });
+    const index = panel.of.indexOf(unit_);
+    if (index >= 0) lines.push({ name: content.units[unit_], x: tau, y: values(panel.rows[index]), colour: () => colour(markedColour(k)), width: 1.3, read: true });
   });
   return {
     title: `Allan deviation, ${panel.channel}`, height: 300, lines,
     thin: { x: tau, rows: rows.filter((_, k) => !panel.marked.includes(panel.of[k])) },
-    x: { label: "averaging time τ [s]", log: true }, y: { label: `σ(τ) [${unit}]`, log: true, range: [10 ** (least - 0.08), 10 ** (most + 0.08)] },
+    x: { label: "averaging time τ [s]", log: true }, y: { label: `σ(τ) [${unit}]`, log: true, range: [10 ** (smallest - 0.08), 10 ** (largest + 0.08)] },
   };
 }
 
@@ -57,20 +57,20 @@ function readCurves(panel) {
   })];
 }
 
-/** Values of a coefficient over the order of the units: points, their median, and the maximum. */
+/** Describe the values of a coefficient in the order of the units: points, their median, and the maximum. */
 function describeValues(panel) {
   const last = Math.max(content.units.length, 2), lines = [], ends = [1, last];
-  panel.channels.forEach((one, k) => {
+  panel.channels.forEach((channel, k) => {
     const paint = () => channelColour(k, panel.channels.length);
-    const usual = one.at.map((unit, j) => (one.outliers.includes(unit) ? null : one.values[j]));
-    lines.push({ name: one.name, x: one.at.map((unit) => unit + 1), y: one.values, colour: paint, width: 0, points: true, read: true });
-    lines.push({ name: "", key: one.name, x: ends, y: [one.median, one.median], colour: paint, width: 0.8, dash: [2, 3] });
-    if (usual.includes(null)) lines.push({ name: "", key: one.name, x: one.at.map((unit) => unit + 1), y: one.values.map((value, j) => (usual[j] === null ? value : null)), colour: () => colour("poor"), width: 0, points: true });
+    const usual = channel.at.map((unit, j) => (channel.outliers.includes(unit) ? null : channel.values[j]));
+    lines.push({ name: channel.name, x: channel.at.map((unit) => unit + 1), y: channel.values, colour: paint, width: 0, points: true, read: true });
+    lines.push({ name: "", key: channel.name, x: ends, y: [channel.median, channel.median], colour: paint, width: 0.8, dash: [2, 3] });
+    if (usual.includes(null)) lines.push({ name: "", key: channel.name, x: channel.at.map((unit) => unit + 1), y: channel.values.map((value, j) => (usual[j] === null ? value : null)), colour: () => colour("poor"), width: 0, points: true });
   });
-  panel.limits.forEach((limit) => lines.push({ name: "maximum", x: ends, y: [limit, limit], colour: () => colour("poor"), width: 1.2, dash: [6, 4], framed: panel.channels.some((one) => Math.max(...one.values) > limit / 3) }));
-  const every = panel.channels.flatMap((one) => one.values);
-  const wide = Math.max(...every) > 8 * Math.min(...every);
-  return { title: panel.title, height: 260, lines, x: { label: "unit, in order", range: [0.5, last + 0.5] }, y: { label: `[${panel.unit}]`, log: wide } };
+  panel.limits.forEach((limit) => lines.push({ name: "maximum", x: ends, y: [limit, limit], colour: () => colour("poor"), width: 1.2, dash: [6, 4], framed: panel.channels.some((channel) => Math.max(...channel.values) > limit / 3) }));
+  const all = panel.channels.flatMap((channel) => channel.values);
+  const isWide = Math.max(...all) > 8 * Math.min(...all);
+  return { title: panel.title, height: 260, lines, x: { label: "unit, in order", range: [0.5, last + 0.5] }, y: { label: `[${panel.unit}]`, log: isWide } };
 }
 
 function readValues(panel) {
@@ -89,13 +89,13 @@ for (const place of document.querySelectorAll("[data-lot]")) {
     const legend = [["median, 10–90 %", "var(--axis-0)"], ...(panel.limits.length ? [["maximum", "var(--poor)"]] : []), ...panel.marked.map((unit, k) => [content.units[unit], `var(--${markedColour(k)})`])];
     labFigure(place, make("bdi", {}, panel.channel), 300, legend, () => describeCurves(panel), readCurves(panel));
   } else for (const panel of content.values) {
-    const legend = panel.channels.map((one, k) => [one.name, panel.channels.length <= MOST_COLOURS ? `var(--axis-${k})` : "var(--soft)"]);
+    const legend = panel.channels.map((channel, k) => [channel.name, panel.channels.length <= MOST_COLOURS ? `var(--axis-${k})` : "var(--soft)"]);
     if (panel.limits.length) legend.push(["maximum", "var(--poor)"]);
     labFigure(place, make("bdi", {}, panel.title), 260, legend, () => describeValues(panel), readValues(panel));
   }
 }
 
-// A head of the table sorts its rows, by the numbers of their cells if they have any.
+// The heading of a column sorts the rows of the table, by number if its cells have numbers.
 for (const head of document.querySelectorAll("table.units th[data-sort]")) {
   head.tabIndex = 0;
   const sort = () => {

@@ -1,12 +1,12 @@
-// Values with their intervals at places in order, such as runs or months.
+// Charts of values with their intervals at ordered places, such as runs or months.
 
-const MOST_PLACE_CHARACTERS = 12; // of the name of a place below its tick
+const MOST_PLACE_CHARACTERS = 12; // largest length of the name of a place below its tick
 
 function describeIntervals(panel) {
   const places = panel.places.map((name) => (name.length > MOST_PLACE_CHARACTERS ? `${name.slice(0, MOST_PLACE_CHARACTERS - 1)}…` : name));
   const count = panel.series.length, ends = panel.series.flatMap(({ low, high, values }) => [...low, ...high, ...values]).filter((value) => value !== null);
   const lines = panel.series.map((series, k) => ({
-    name: series.name, x: series.at.map((place) => place + 1 + 0.3 * (count > 1 ? k / (count - 1) - 0.5 : 0)), // beside each other
+    name: series.name, x: series.at.map((place) => place + 1 + 0.3 * (count > 1 ? k / (count - 1) - 0.5 : 0)), // channels are drawn next to each other
     y: series.values, low: series.low, high: series.high, bars: true, colour: () => channelColour(k, count), width: 0, points: true, read: true,
   }));
   const smallest = Math.min(...ends), isWide = smallest > 0 && Math.max(...ends) > 8 * smallest;

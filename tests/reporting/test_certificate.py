@@ -237,6 +237,14 @@ class TestDecision:
             "Of 3 judged values against Unit 7: 1 is not decided, 2 conform."
         )
 
+    def test_the_risk_is_that_of_the_outcome(self, analysis, lab, tmp_path):
+        """A value far above its maximum is rejected: the producer's risk is small, and the consumer has none."""
+        file = lab()
+        (tmp_path / "spec.toml").write_text(SPEC.replace("0.4 deg", "0.3 deg"))
+        row = next(row for row in st.certify(analysis, file).limits if row.axis == "gyro_z")
+        assert row.outcome == "does not conform"
+        assert (row.consumer, row.producer) == ("–", "< 0.01 %")
+
     def test_simple_acceptance(self, analysis, lab):
         made = st.certify(analysis, lab(('^rule = "guard band"', 'rule = "simple-acceptance"')))
         assert "not decided" not in {row.outcome for row in made.limits}

@@ -55,6 +55,17 @@ def test_the_guard_band_limits_the_risks(u):
 
 
 @pytest.mark.parametrize(
+    ("distance", "below", "above"),
+    [(0.98, "not decided", "not decided"), (1.02, "conforms", "does not conform")],
+)
+def test_the_guard_band_is_the_expanded_uncertainty(distance, below, above):
+    """The outcome changes where the end of the 95 % interval passes the maximum: at a `distance` of U."""
+    u = 0.1
+    assert decide(interval(math.exp(-distance * Z * u), u, u), 1.0, "guard band")[0] == below
+    assert decide(interval(math.exp(distance * Z * u), u, u), 1.0, "guard band")[0] == above
+
+
+@pytest.mark.parametrize(
     ("value", "upper", "lower", "risk"),
     [
         (1.0, 0.1, 0.1, 0.5),  # at the maximum

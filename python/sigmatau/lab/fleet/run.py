@@ -128,7 +128,7 @@ def _dashboard_address(port: int) -> str:
     return f"127.0.0.1:{port}"
 
 
-def _answers(scheduler: str) -> None:
+def _require_scheduler(scheduler: str) -> None:
     """Raise `OSError` for an address where something other than a scheduler listens, because a `Client` would wait for
     it.
     """

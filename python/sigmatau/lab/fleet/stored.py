@@ -50,7 +50,7 @@ class Stored:
         from sigmatau.lab.store.tables import finding, place, run
 
         self._engine = engine
-        self._mine = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
+        self._is_selected = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
         columns = (
             run.c.path,
             run.c.file_version,
@@ -61,11 +61,11 @@ class Stored:
             run.c.supply,
         )
         lacks = lacks_curves(keep_curves).label("lacks")
-        query = select(*columns, run.c.message, lacks).where(self._mine)
+        query = select(*columns, run.c.message, lacks).where(self._is_selected)
         # A finding about the whole record that is an error determines the exit code, see `sigmatau.findings.exit_code`.
         errors = select(run.c.path, run.c.file_version, finding.c.code).join_from(finding, run)
-        errors = errors.where(self._mine, finding.c.severity == "error", finding.c.channels == "")
-        copies = select(place.c.path, place.c.file_version, run.c.state).join_from(place, run).where(self._mine)
+        errors = errors.where(self._is_selected, finding.c.severity == "error", finding.c.channels == "")
+        copies = select(place.c.path, place.c.file_version, run.c.state).join_from(place, run).where(self._is_selected)
         self._runs: dict[str, list[tuple[str, str]]] = {}
         self._stated: dict[str, list[tuple[int, dict[str, Any]]]] = {}
         self._messages: dict[tuple[str, str], str] = {}  # of failures, by place and version

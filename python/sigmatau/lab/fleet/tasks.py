@@ -152,7 +152,7 @@ def _outcome(log: Log, job: FleetJob, result: Callable[[], tuple[Analysis, int]]
         return failed(log, job, error)
 
 
-def _entered(log: Log, job: FleetJob, result: Analysis | FailedAnalysis, code: int) -> FleetOutcome:
+def _outcome_of(log: Log, job: FleetJob, result: Analysis | FailedAnalysis, code: int) -> FleetOutcome:
     from sigmatau.lab.store.keeping import with_chosen_curves
     from sigmatau.lab.store.rows import make_rows
 

@@ -94,7 +94,7 @@ def add_files(
     total, problems, count = Added(), [], 0
     read = partial(_read, naming=naming, keep_curves=keep_curves)
     results = _read_all(batches, read, jobs if len(files) > _FILES_OF_ONE_PROCESS else 1)
-    with _without_collection():
+    with _without_garbage_collection():
         for batch, (rows, wrong) in zip(batches, results, strict=True):
             problems += [replace(problem, reason=worded(problem.reason)) for problem in wrong]
             if rows:

@@ -14,7 +14,7 @@ from sigmatau._native.distributions import normal_quantile
 from sigmatau.analysis import as_result
 from sigmatau.arrays import Floats
 from sigmatau.lab.lots.conditions import condition_groups
-from sigmatau.lab.lots.preparing import without_copies
+from sigmatau.lab.lots.preparing import mark_copies
 from sigmatau.lab.lots.runs import (
     LIMITED,
     MEAN,

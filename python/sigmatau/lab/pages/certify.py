@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast, get_args
+from typing import Any, cast, get_args
 
-from sigmatau import Analysis
+from sigmatau import Analysis, Record
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.datasheets.compare import compare_with
@@ -20,9 +20,6 @@ from sigmatau.lab.lots.dates import day_of_log
 from sigmatau.reporting.certificate import Certificate, LimitRow, check_stated, fill_certificate
 from sigmatau.reporting.certificate_file import CertificateFile, read_certificate
 from sigmatau.results import printable
-
-if TYPE_CHECKING:
-    from sigmatau.record.record import Record
 
 _MOST_LIMITS = 24  # largest number of limits on the first page
 _NEGLIGIBLE = 1e-4  # risk below which only this bound is printed [1]

@@ -178,3 +178,20 @@ def test_a_session_is_opened(page, folder):
     entries = page.get("api/files", params={"path": str(folder)}).json()["entries"]
     assert {entry["name"]: entry["kind"] for entry in entries}["again.toml"] == "session"
     json.dumps(entries)
+
+
+def test_a_run_without_curves_is_named(page, folder, result):
+    """Its coefficients are compared; the page says why it has no curve."""
+    from sigmatau.lab.store.ingest import add_rows
+    from sigmatau.lab.store.keeping import with_chosen_curves
+    from sigmatau.lab.store.rows import Entry, make_rows
+
+    path = folder / "small.db"
+    with st.Store(path) as store:
+        analysis = st.analyze(write_log(folder / "may.csv"))
+        add_rows(store._engine, [with_chosen_curves(make_rows(Entry(result=analysis, unit="A1")), "none")])
+    (run,) = page.post("api/runs", path=str(path)).json()["runs"]
+    answer = page.post("api/runs/open", path=str(path), run=run["run"]).json()
+    compared = page.post("api/compare", results=[answer["result"], result]).json()
+    assert "no curve of A1 may.csv: its Allan deviations were not kept in the store" in compared["unused"]
+    assert {row["term"] for row in compared["differences"]} >= {"random_walk"}

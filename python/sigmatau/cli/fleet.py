@@ -146,7 +146,8 @@ def fleet_command(
         ):
             say(f"time, temperature or supply of {renamed} runs in the store changed", quiet=quiet)
         failures = {} if retry_failed else stored.failures(named)
-        codes = Counter(stored.code(log) for log in named if log.place in stored_places - failures.keys())
+        with_result = stored_places - failures.keys()
+        codes = Counter(stored.code(log) for log in named if log.place in with_result)
         codes[1] = len(failures)
         before = _before(len(stored_places), codes)
         if lacking := sum(map(stored.lacks_curves, wanted)):

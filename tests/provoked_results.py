@@ -244,6 +244,7 @@ PROVOKED = {
     "temperature_report": {
         st.OptionError: (lambda: st.temperature_report(calibrated(), "page.doc"),),
         st.DataError: (lambda: st.temperature_report(calibrated(), "missing/page.html"),),
+        ImportError: (lambda: without("typst", lambda: st.temperature_report(calibrated(), "page.pdf")),),
     },
     "TemperatureCalibration.export": {
         st.OptionError: (lambda: calibrated().export(to="kalibr"),),

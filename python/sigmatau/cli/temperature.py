@@ -111,7 +111,7 @@ def temperature_command(
     serial
         With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     report
-        Write a page that opens offline: .html.
+        Write a report: .html opens offline, .pdf is for printing.
     plot
         Draw means with polynomials and Allan deviations before and after compensation, or the matrix: .png, .svg or .pdf.
     style

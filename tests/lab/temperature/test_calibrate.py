@@ -1,13 +1,16 @@
 """Calibration from one log: windows, polynomial, hysteresis, compensation, and what is refused."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
 from known import seed_of
+from reporting.pdf_text import pages_of
 from sigmatau import Record, calibrate_temperature, temperature_report
 from sigmatau.errors import DataError, NotAtRestError, OptionError
+from sigmatau.reporting import pdf
 from temperature_logs import AXES, DEG_H, log, noise, ramp, steps
 
 MEAN = (50.0, 5.0, 0.02, -4e-4)
@@ -203,5 +206,21 @@ def test_the_page_has_the_parameters_of_autopilots(tmp_path):
     page = (tmp_path / "page.html").read_text()
     assert "TC_G0_X3_0" in page
     assert "INS_TCAL1_GYR1_X" in page
-    with pytest.raises(OptionError, match="html"):
-        temperature_report(calibrate_temperature(record, degree=1), tmp_path / "page.pdf")
+    with pytest.raises(OptionError, match=r"html or \.pdf"):
+        temperature_report(calibrate_temperature(record, degree=1), tmp_path / "page.png")
+
+
+def test_the_page_on_paper(tmp_path, monkeypatch):
+    """All texts of the page; a hostile name is text."""
+    pytest.importorskip("typst", reason="a PDF needs typst")
+
+    def typeset(template, values, **options):
+        return pdf.typeset(template, values, **options, pretty=True)  # with text to read
+
+    monkeypatch.setattr("sigmatau.lab.pages.temperature_pdf.typeset", typeset)
+    result = calibrate_temperature(log("page", ramp(7_200), rate=1.0, channels=AXES[:3]), degree=1)
+    temperature_report(result, tmp_path / "page.pdf", command='#image("x")')
+    text = re.sub(r"[\s\u200b]", "", "".join(pages_of((tmp_path / "page.pdf").read_bytes())))
+    for word in ("gyro_x", "Meandeg", "TC_G0_X3_0", "INS_TCAL1_GYR1_X", "Command#image("):
+        assert word in text.replace("[", "").replace("]", ""), word
+    assert text.count("Hysteresis") == 3

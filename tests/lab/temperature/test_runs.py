@@ -96,5 +96,11 @@ def test_matrix_of_units(tmp_path):
     page = (tmp_path / "matrix.html").read_text()
     assert "3 units at -40, 25, 85 °C" in page
     assert page.count("<svg") == len(list(matrix.tables()))
+    pytest.importorskip("typst", reason="a PDF needs typst")
+    temperature_report(matrix, tmp_path / "matrix.pdf")
+    assert (tmp_path / "matrix.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_no_result():
     with pytest.raises(DataError, match="no result"):
         temperature_matrix([])

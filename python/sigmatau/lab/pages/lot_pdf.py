@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import datetime
-from functools import cache
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -29,9 +27,9 @@ from sigmatau.lab.pages.lot_content import (
     number_columns,
     unit_values,
 )
+from sigmatau.lab.pages.sheet import cut_text, sheet
 from sigmatau.plot.curves import COLOURS
 from sigmatau.reporting.pdf import typeset
-from sigmatau.results import printable
 
 _WIDTH, _HEIGHT = 86.0, 48.0  # size of a figure [mm]
 _MOST_DOUBTS = 200  # largest number of units that are listed with their reason; the other files list all
@@ -42,12 +40,7 @@ _MOST_CURVES = 150  # largest number of units whose curves are drawn; among more
 def document(lot: Lot, *, title: str, command: str | None, date: datetime) -> bytes:
     """The lot as a PDF. The same lot and date give the same bytes."""
     values = _values(lot, title, command, date)
-    return bytes(typeset(_template(), values, format="pdf", timestamp=date.replace(microsecond=0)))
-
-
-@cache
-def _template() -> bytes:
-    return resources.files(__package__).joinpath("assets", "lot.typ").read_bytes()
+    return bytes(typeset(sheet("lot.typ"), values, format="pdf", timestamp=date.replace(microsecond=0)))
 
 
 def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[str, Any]:
@@ -56,7 +49,7 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
     order = {state: k for k, state in enumerate(STATES)}
     columns = number_columns(lot)
     return {
-        "title": _cut(f"{title}: {spec}" if spec else title, 2 * _LONGEST_NAME),
+        "title": cut_text(f"{title}: {spec}" if spec else title, 2 * _LONGEST_NAME),
         "date": moment_text(date),
         "made_by": f"sigmatau {__version__}",
         "chips": [[f"{n} {STATE_WORDS[state]}", MARKS[state]] for state, n in lot.counts.items() if n],  # type: ignore[index]
@@ -65,30 +58,25 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
         "claims": claim_rows(lot),
         "doubts": [
             [
-                _cut(unit.name, _LONGEST_NAME),
+                cut_text(unit.name, _LONGEST_NAME),
                 STATE_WORDS[unit.state],
                 MARKS[unit.state],
-                _cut(unit.brief, _LONGEST_TEXT),
+                cut_text(unit.brief, _LONGEST_TEXT),
             ]
             for unit in shown[:_MOST_DOUBTS]
         ],
         "heads": list(DISTRIBUTION_HEADS),
-        "distributions": [[_cut(cell, _LONGEST_NAME) for cell in row] for row in distribution_rows(lot)],
+        "distributions": [[cut_text(cell, _LONGEST_NAME) for cell in row] for row in distribution_rows(lot)],
         "width": _WIDTH,
         "values": _value_figures(lot),
         "curves": _curve_figures(lot),
         "columns": [head for _, _, head, _ in columns],
         "units": [
-            [_cut(unit.name, _LONGEST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], *unit_values(unit, columns)]
+            [cut_text(unit.name, _LONGEST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], *unit_values(unit, columns)]
             for unit in sorted(lot.units, key=lambda unit: order[unit.state])
         ],
-        "done": [[key, _cut(text, _LONGEST_TEXT)] for key, text in done_rows(lot, command, moment_text(date))],
+        "done": [[key, cut_text(text, _LONGEST_TEXT)] for key, text in done_rows(lot, command, moment_text(date))],
     }
-
-
-def _cut(text: str, longest: int) -> str:
-    text = printable(text)
-    return text if len(text) <= longest else f"{text[: longest - longest // 3 - 1]}…{text[-(longest // 3) :]}"
 
 
 def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
@@ -101,8 +89,8 @@ def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
         drawn = {*marked, *(unmarked[:: -(-len(unmarked) // _MOST_CURVES) or 1])}
         shown = {name: curve for name, curve in panel.units.items() if name in drawn}
         svg = curves_svg(replace(panel, units=shown), marked, width=_WIDTH, height=_HEIGHT)
-        legend = [[_cut(name, 20), colour] for name, colour in zip(marked, COLOURS[1:], strict=False)]
-        figures.append({"title": _cut(band.channel, _LONGEST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
+        legend = [[cut_text(name, 20), colour] for name, colour in zip(marked, COLOURS[1:], strict=False)]
+        figures.append({"title": cut_text(band.channel, _LONGEST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
     return figures
 
 
@@ -113,6 +101,6 @@ def _value_figures(lot: Lot) -> list[dict[str, Any]]:
         shown = row.distributions[: len(COLOURS)]
         series = [(np.array([number[name] for name in d.units], dtype=float), d.values / row.factor) for d in shown]
         svg = values_svg(series, row.limits, last=len(lot.units), width=_WIDTH, height=_HEIGHT)
-        legend = [[_cut(d.channel, 20), colour] for d, colour in zip(shown, COLOURS, strict=False)]
-        figures.append({"title": _cut(row.title, _LONGEST_NAME), "unit": row.unit, "svg": svg, "legend": legend})
+        legend = [[cut_text(d.channel, 20), colour] for d, colour in zip(shown, COLOURS, strict=False)]
+        figures.append({"title": cut_text(row.title, _LONGEST_NAME), "unit": row.unit, "svg": svg, "legend": legend})
     return figures

@@ -18,6 +18,7 @@ from sigmatau.lab.temperature.result import ChannelCalibration, TemperatureCalib
 from sigmatau.lab.temperature.text import headline, heads, mean_unit, rows, summary_lines
 from sigmatau.reporting.html import Section, asset, done, frame, scrolled, section
 from sigmatau.reporting.markup import Markup, element, joined, name, raised
+from sigmatau.reporting.report import ENDINGS
 from sigmatau.results import printable
 
 _SCRIPTS = ("page", "numbers", "plot", "theme")
@@ -39,7 +40,7 @@ def temperature_report(
     result : TemperatureCalibration or TemperatureMatrix
         One sensor, or several units.
     path : str or Path
-        ``.html``.
+        ``.html``: a page that opens offline. ``.pdf``: to print; needs ``pip install 'sigmatau[pdf]'``.
     matrix : TemperatureMatrix, optional
         Coefficients of the runs of a calibration, as a section of its page.
     command : str, optional
@@ -53,6 +54,8 @@ def temperature_report(
         For another extension.
     DataError
         If the file cannot be written.
+    ImportError
+        For a PDF without typst.
 
     See Also
     --------
@@ -70,9 +73,10 @@ def temperature_report(
     ...     st.temperature_report(st.calibrate_temperature(log), f"{folder}/temperature.html")
     """
     file = Path(path)
-    if file.suffix.lower() != ".html":
-        raise OptionError(f"{{option}} {file.name!r}: the name must end in .html", option="path")
-    moment = moment_text(datetime.now(tz=UTC) if date is None else date)
+    if file.suffix.lower() not in ENDINGS:
+        raise OptionError(f"{{option}} {file.name!r}: the name must end in {' or '.join(ENDINGS)}", option="path")
+    date = datetime.now(tz=UTC) if date is None else date
+    moment = moment_text(date)
     sections: list[Section] = []
     if isinstance(result, TemperatureCalibration):
         title = printable(result.unit_name or Path(result.source).name or "Record")
@@ -87,6 +91,17 @@ def temperature_report(
     else:
         title, matrices = f"{len(result.units)} units", [result]
         about = f"{len(result.units)} units at {', '.join(f'{t:.3g}' for t in result.temperatures)} °C"
+    facts = [("Command", command or ""), ("Date", moment), ("Version", f"sigmatau {__version__}")]
+    facts = [(key, printable(text)) for key, text in facts if text]
+    if file.suffix.lower() == ".pdf":
+        from sigmatau.lab.pages.temperature_pdf import document
+
+        calibration = result if isinstance(result, TemperatureCalibration) else None
+        legend = "" if calibration is None else _legend(calibration)
+        made = document(calibration, matrices, title=title, headline=about, legend=legend, done=facts, date=date)
+        with atomic(file) as temporary:
+            temporary.write_bytes(made)
+        return
     for each in matrices:
         sections += [
             section(
@@ -96,8 +111,7 @@ def temperature_report(
             )
             for k, table in enumerate(each.tables())
         ]
-    facts = [("Command", command or ""), ("Date", moment), ("Version", f"sigmatau {__version__}")]
-    sections.append(section("done", "What was done", done((key, printable(text)) for key, text in facts if text)))
+    sections.append(section("done", "What was done", done(facts)))
     header = element(
         "header",
         element("p", "Temperature report", class_="kind"),
@@ -129,12 +143,17 @@ def _summary(result: TemperatureCalibration) -> Markup:
         for channel in result.values()
     ]
     remarks = [element("p", f"{remark[0].upper()}{remark[1:]}.") for remark in result.remarks]
-    about = (
+    about = _legend(result)
+    return joined(element("div", channels, class_="calibrations"), remarks, element("p", about, class_="legend"))
+
+
+def _legend(result: TemperatureCalibration) -> str:
+    """What the intervals contain, and what not."""
+    return (
         f"Intervals contain the true value with a probability of {100 * result.level:g} %. They account for random walk,"
         " bias instability and rate random walk. A mean is the bias of this log plus gravity or the rate of the earth. Its"
         " interval does not include the change of the bias from one power-up to the next."
     )
-    return joined(element("div", channels, class_="calibrations"), remarks, element("p", about, class_="legend"))
 
 
 def _channel(channel: ChannelCalibration) -> Markup:

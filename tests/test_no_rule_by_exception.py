@@ -52,7 +52,7 @@ JUSTIFIED = {
     "reporting/content.py filter_files": "the writer of a target refuses what it cannot hold: the report names the first",
     "lab/store/from_files.py _read": UNREADABLE,
     "lab/temperature/noise_by_window.py noise_terms": TOO_SHORT,
-    "lab/pages/temperature_report.py _files": "an autopilot refuses what it cannot hold: the page has the reason",
+    "lab/pages/temperature_pdf.py autopilot_files": "an autopilot refuses what it cannot hold: the page has the reason",
 }
 
 

@@ -327,14 +327,14 @@ def _analysed(
             _refuse_missing_option(logs, outcomes)
             if pages is not None:
                 pages.refuse_file(
-                    [each.extract.refusal for each in outcomes.values() if isinstance(each.extract, _Kept)]
+                    [each.extract.refusal for each in outcomes.values() if isinstance(each.extract, _KeptPart)]
                 )
             if outcome.error and results is not None:
                 file = results / f"{names[outcome.log]}.json"
                 write_json(FailedAnalysis.of(outcome.error, str(outcome.log)).to_dict(), file)
             done(len(outcomes) / len(logs))
     extracts = {names[log]: outcomes[log].extract for log in logs}
-    refusals = {unit: part.refusal for unit, part in extracts.items() if isinstance(part, _Kept) and part.refusal}
+    refusals = {unit: part.refusal for unit, part in extracts.items() if isinstance(part, _KeptPart) and part.refusal}
     return {names[log]: _examined(outcomes[log]) for log in logs}, refusals
 
 
@@ -353,7 +353,7 @@ def _examined(outcome: batch.LogOutcome) -> UnitResult:
     if outcome.error:
         path = str(outcome.log)
         return without_result(outcome.error.without(path), path=path, absent=not outcome.log.exists())
-    assert isinstance(outcome.extract, _Kept)
+    assert isinstance(outcome.extract, _KeptPart)
     return outcome.extract.unit
 
 
@@ -373,7 +373,7 @@ def _work(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Kept:
+class _KeptPart:
     """The part of an analysis that is returned to this process."""
 
     unit: UnitResult
@@ -389,8 +389,8 @@ def _keep(
     options: Mapping[str, Any],
     results: Path | None,
     pages: UnitReports | None,
-) -> _Kept:
+) -> _KeptPart:
     if results is not None:
         write_json(analysis.to_dict(), results / f"{names[log]}.json")
     unit = examine(analysis, sheet, name=printable(names[log]), **options)
-    return _Kept(unit=unit, refusal="" if pages is None else pages.refusal(names[log], analysis))
+    return _KeptPart(unit=unit, refusal="" if pages is None else pages.refusal(names[log], analysis))

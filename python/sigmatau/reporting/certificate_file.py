@@ -100,7 +100,7 @@ FIELDS: Mapping[str, Mapping[str, Field]] = {
 }
 """All keys of the file by table. The table ``decision`` may be absent; if it is there, its required keys are needed."""
 
-_OF_UNIT = "instrument.serial"  # the key that a lot fills
+_UNIT_KEY = "instrument.serial"  # the key that a lot fills
 _OPTIONAL_TABLES = ("decision",)
 _DAY = len("2026-05-04")  # characters of the day of a date
 
@@ -192,11 +192,11 @@ def read_certificate(path: str | Path, *, each_unit: bool = False) -> Certificat
     """
     file = Path(path)
     content = _content(file)
-    problems = [*_unknown(content), *_missing(content, except_for=_OF_UNIT if each_unit else "")]
+    problems = [*_unknown(content), *_missing(content, except_for=_UNIT_KEY if each_unit else "")]
     if problems:
         raise DataError("; ".join(problems)).about(str(file))
     if each_unit and "serial" in content["instrument"]:
-        raise DataError(f"{_OF_UNIT} of a lot is the name of each unit; leave it out").about(str(file))
+        raise DataError(f"{_UNIT_KEY} of a lot is the name of each unit; leave it out").about(str(file))
     texts = {
         table: {name: _text(table, name, value, file) for name, value in values.items() if name != "factor"}
         for table, values in content.items()

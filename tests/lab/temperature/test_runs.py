@@ -67,7 +67,7 @@ def test_refusals(runs):
         calibrate_over_runs([TemperatureRun(name=f"{k}", temperature=20 + k, result=runs[0].result) for k in range(4)])
     with pytest.raises(OptionError, match="outside"):
         calibrate_over_runs(runs, reference=100.0)
-    with pytest.raises(OptionError, match="0 to 5"):
+    with pytest.raises(OptionError, match="1 to 5"):
         calibrate_over_runs(runs, degree=9)
     with pytest.raises(OptionError, match=r"0\.5"):
         calibrate_over_runs(runs, level=0.3)

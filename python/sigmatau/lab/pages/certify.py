@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections import Counter
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -141,14 +140,16 @@ def _rule(file: CertificateFile) -> Rule:
 def _specification(file: CertificateFile) -> Datasheet:
     """Find the specification: a file in the folder of the certificate, or a name of the library."""
     text = file.text("decision", "specification")
-    if file.specification in file.files:
-        return find_datasheet(file.specification)
-    with contextlib.suppress(OptionError):  # the name is in a file, not in an option
-        if not text.lower().endswith(".toml"):
-            return find_datasheet(text)
-    raise DataError(
+    is_beside = file.specification in file.files
+    unknown = DataError(
         f"decision.specification {text!r:.40} is neither a file beside it nor in 'sigmatau datasheet list'"
     ).about(str(file.path))
+    if not is_beside and text.lower().endswith(".toml"):
+        raise unknown
+    try:
+        return find_datasheet(file.specification if is_beside else text)
+    except OptionError:  # the name is in a file, not in an option
+        raise unknown from None
 
 
 def _badness(decision: LimitDecision) -> tuple[int, float]:

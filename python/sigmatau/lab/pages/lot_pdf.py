@@ -66,7 +66,7 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
             for unit in shown[:_MOST_DOUBTS]
         ],
         "heads": list(DISTRIBUTION_HEADS),
-        "distributions": [[cut_text(cell, _LONGEST_NAME) for cell in row] for row in distribution_rows(lot)],
+        "distributions": [[cut_text(cell, _LONGEST_TEXT) for cell in row] for row in distribution_rows(lot)],
         "width": _WIDTH,
         "values": _value_figures(lot),
         "curves": _curve_figures(lot),

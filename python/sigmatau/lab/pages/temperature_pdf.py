@@ -43,10 +43,21 @@ def document(
         "channels": [] if calibration is None else [_channel(channel) for channel in calibration.values()],
         "remarks": [] if calibration is None else [f"{text[0].upper()}{text[1:]}." for text in calibration.remarks],
         "tables": [part for matrix in matrices for part in _tables(matrix)],
-        "files": [] if calibration is None else [_file(calibration, target) for target in AUTOPILOTS],
+        "files": [] if calibration is None else autopilot_files(calibration),
         "done": [[key, cut_text(text, _MOST_TEXT)] for key, text in done],
     }
     return bytes(typeset(sheet("temperature.typ"), values, format="pdf", timestamp=date.replace(microsecond=0)))
+
+
+def autopilot_files(calibration: TemperatureCalibration) -> list[tuple[str, str, bool]]:
+    """Name and content of the file of each autopilot; or the reason why there is none, and False."""
+    files = []
+    for target in AUTOPILOTS:
+        try:
+            files.append((target, parameter_file(calibration, target=target), True))
+        except DataError as error:
+            files.append((target, f"{error.reason}.", False))
+    return files
 
 
 def _channel(channel: ChannelCalibration) -> dict[str, Any]:
@@ -76,11 +87,3 @@ def _tables(matrix: TemperatureMatrix) -> list[dict[str, Any]]:
         }
         for table in matrix.tables()
     ]
-
-
-def _file(calibration: TemperatureCalibration, target: str) -> tuple[str, str, bool]:
-    """Name and content of the file of an autopilot, or the reason why there is none."""
-    try:
-        return target, parameter_file(calibration, target=target), True
-    except DataError as error:
-        return target, f"{error.reason}.", False

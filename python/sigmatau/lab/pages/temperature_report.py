@@ -7,11 +7,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from sigmatau import __version__
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import OptionError
 from sigmatau.io.atomic import atomic
 from sigmatau.lab.pages.lot_content import moment_text
+from sigmatau.lab.pages.temperature_pdf import autopilot_files, document
 from sigmatau.lab.temperature.figures import bias_svg, deviations_svg
-from sigmatau.lab.temperature.firmware import AUTOPILOTS, parameter_file
 from sigmatau.lab.temperature.matrix import TemperatureMatrix
 from sigmatau.lab.temperature.matrix_figures import table_svg
 from sigmatau.lab.temperature.result import ChannelCalibration, TemperatureCalibration
@@ -94,8 +94,6 @@ def temperature_report(
     facts = [("Command", command or ""), ("Date", moment), ("Version", f"sigmatau {__version__}")]
     facts = [(key, printable(text)) for key, text in facts if text]
     if file.suffix.lower() == ".pdf":
-        from sigmatau.lab.pages.temperature_pdf import document
-
         calibration = result if isinstance(result, TemperatureCalibration) else None
         legend = "" if calibration is None else _legend(calibration)
         made = document(calibration, matrices, title=title, headline=about, legend=legend, done=facts, date=date)
@@ -193,18 +191,10 @@ def _table(matrix: TemperatureMatrix, number: int) -> Iterable[Markup]:
 
 
 def _files(result: TemperatureCalibration) -> Markup:
-    parts = []
-    for target in AUTOPILOTS:
-        try:
-            text = parameter_file(result, target=target)
-        except DataError as error:
-            parts.append(element("p", f"{target}: {error.reason}.", class_="none"))
-            continue
-        parts.append(
-            element(
-                "details",
-                element("summary", target),
-                element("pre", text, tabindex="0"),
-            )
-        )
+    parts = [
+        element("details", element("summary", target), element("pre", text, tabindex="0"))
+        if is_file
+        else element("p", f"{target}: {text}", class_="none")
+        for target, text, is_file in autopilot_files(result)
+    ]
     return element("div", parts, class_="files")

@@ -90,7 +90,7 @@ def temperature_command(
     axes
         Channels of a ramp or a soak to use: gyro_x,accel_z, or gyro for all its axes. Default: all.
     degree
-        Degree of the polynomial, from 1 to 5. Default: at most 3, without the highest coefficients that
+        Degree of the polynomial, a number of powers from 1 to 5. Default: at most 3, without the highest coefficients that
         are smaller than their standard errors.
     reference
         Temperature about which the polynomial is written, 25degC. Default: 25 °C if observed, or the middle of the range.

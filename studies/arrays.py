@@ -21,7 +21,7 @@ from sigmatau.lab.arrays.weights import estimate_weights, optimal_vector
 from studies.runner import run
 
 SETS, CHUNK = 1000, 100
-LOG_SETS = 200  # logs that are analysed as a user does
+LOG_SETS = 1000  # logs that are analysed as a user does
 SAMPLES, RATE = 1 << 14, 100.0  # of a record; [Hz]
 LEVEL = 0.95
 WHITE, WALK, FLICKER = 1e-4, 1e-4, 1.5e-3  # N [rad/√s], K [rad/s/√s], B [rad/s] of a sensor

@@ -131,6 +131,23 @@ fn exact(kind: Kind, phase: &[i128], m: usize) -> f64 {
                 .sum();
             (sum / (0.75 * starts as f64)).sqrt() * QUANTUM / size
         }
+        Kind::Parabolic if m == 1 => {
+            let terms = (1..n).map(|i| phase[i + 1] - 2 * phase[i] + phase[i - 1]);
+            (sum_of_squares(terms) / (2 * (n - 1)) as f64).sqrt() * QUANTUM
+        }
+        Kind::Parabolic => {
+            // Twice the weights.
+            let weight = |k: usize| m as i128 - 1 - 2 * k as i128;
+            let term = |i: usize| (0..m).map(|k| weight(k) * (phase[i + k] - phase[i + m + k])).sum();
+            let mean = sum_of_squares((0..=n - 2 * m).map(term)) / (n + 1 - 2 * m) as f64;
+            (18.0 * mean).sqrt() * QUANTUM / (size * size * size)
+        }
+        Kind::ModifiedTotal => (reflected(phase, m) / 2.0).sqrt() * QUANTUM / size,
+        Kind::HadamardTotal if m == 1 => exact(Kind::Hadamard(Overlap::Full), phase, m),
+        Kind::HadamardTotal => {
+            let rate: Vec<i128> = phase.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            (reflected(&rate, m) / 6.0).sqrt() * QUANTUM
+        }
         Kind::Mtie => {
             let (most, least) = (of_windows(phase, m + 1, i128::max), of_windows(phase, m + 1, i128::min));
             most.iter().zip(least).map(|(most, least)| most - least).max().unwrap() as f64 * QUANTUM
@@ -140,6 +157,25 @@ fn exact(kind: Kind, phase: &[i128], m: usize) -> f64 {
             (sum_of_squares(moves) / (n + 1 - m) as f64).sqrt() * QUANTUM
         }
     }
+}
+
+/// Mean squared second difference of the means of each 3m points, without their slope and between mirror images.
+fn reflected(points: &[i128], m: usize) -> f64 {
+    let length = 3 * m;
+    let half = length / 2;
+    // Points are multiplied by the divisor of the slope.
+    let divisor = (half * (length - half)) as i128;
+    let squares = points.windows(length).map(|stretch| {
+        let (first, last) = (&stretch[..half], &stretch[length - half..]);
+        let slope = last.iter().sum::<i128>() - first.iter().sum::<i128>();
+        let level: Vec<i128> =
+            stretch.iter().enumerate().map(|(i, x)| (x - stretch[0]) * divisor - slope * i as i128).collect();
+        let mirrored = level.iter().rev().chain(&level).chain(level.iter().rev()).copied();
+        let sums = running_sum(&mirrored.collect::<Vec<_>>());
+        sum_of_squares(third_differences(&sums, m, 1).take(6 * m)) / (divisor as f64).powi(2)
+    });
+    let stretches = (points.len() + 1 - length) as f64;
+    squares.sum::<f64>() / (6.0 * (m as f64).powi(3) * stretches)
 }
 
 fn assert_exact(kind: Kind, n: usize, sizes: &[usize], tolerance: f64) {
@@ -182,6 +218,18 @@ fn theo1() {
 }
 
 #[test]
+fn parabolic() {
+    assert_exact(Kind::Parabolic, 6_000, &[1, 2, 7, 31, 32, 33, 64, 1000, 2999, 3000], 1e-12);
+}
+
+#[test]
+fn reflected_stretches() {
+    for kind in [Kind::ModifiedTotal, Kind::HadamardTotal] {
+        assert_exact(kind, 1_000, &[1, 2, 3, 16, 63, 64, 100, 333], 1e-12);
+    }
+}
+
+#[test]
 fn time_interval_errors() {
     for kind in [Kind::Mtie, Kind::TieRms] {
         assert_exact(kind, 9_000, &[1, 2, 3, 7, 10, 64, 100, 1000, 4095, 4096, 5000, 8_999, 9_000], 1e-12);
@@ -214,8 +262,14 @@ fn threads_do_not_show() {
     let (first, _) = record(&CASES[2], 300_001);
     let (second, _) = record(&CASES[3], 300_001);
     let channels = [&first[..], &second[..]];
-    for kind in THIRDS.into_iter().chain([Kind::Total, Kind::Theo1, Kind::Mtie, Kind::TieRms]) {
-        let sizes: &[usize] = if kind == Kind::Theo1 { &[10, 500] } else { &[1, 2, 3, 4, 8, 1000, 90_000] };
+    let kinds = [Kind::Total, Kind::Theo1, Kind::Mtie, Kind::TieRms, Kind::Parabolic];
+    let reflected = [Kind::ModifiedTotal, Kind::HadamardTotal];
+    for kind in THIRDS.into_iter().chain(kinds).chain(reflected) {
+        let sizes: &[usize] = match kind {
+            Kind::Theo1 => &[10, 500],
+            Kind::ModifiedTotal | Kind::HadamardTotal => &[1, 2],
+            _ => &[1, 2, 3, 4, 8, 1000, 90_000],
+        };
         let bits = |threads| -> Vec<u64> {
             let of_all = deviations_of_channels(kind, &channels, sizes, threads).unwrap();
             of_all.iter().flatten().map(|d| d.deviation.to_bits()).collect()

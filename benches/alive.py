@@ -1,7 +1,7 @@
 """Speed of the theory page in Chromium: ``python -m benches.alive``, after `make alive`.
 
-Prints, for a slider that moves in each frame, the frames per second and the processor time of the page in a frame, which has
-16.7 ms at 60 frames per second; and the time of the estimate of 10⁵ samples in its worker.
+Prints, for a still page and for a slider that moves in each frame, the frames per second, and the processor time of the page
+in a frame, which has 16.7 ms at 60 frames per second; and the time of the estimate of 10⁵ samples in its worker.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 PAGE = Path(__file__).resolve().parents[1] / "target" / "alive" / "index.html"
-FRAMES = 240
+FRAMES = 120
 SLIDERS = ("N", "B", "K", "time", "hours")
 ESTIMATES = 5
 _MOVE = """async ([id, frames]) => {
@@ -23,6 +23,11 @@ _MOVE = """async ([id, frames]) => {
         slider.dispatchEvent(new Event("input"));
         await new Promise(requestAnimationFrame);
     }
+    return 1000 * frames / (performance.now() - begun);
+}"""
+_STILL = """async (frames) => {
+    const begun = performance.now();
+    for (let k = 0; k < frames; k++) await new Promise(requestAnimationFrame);
     return 1000 * frames / (performance.now() - begun);
 }"""
 _SETTINGS = """() => {
@@ -55,13 +60,16 @@ def main() -> int:
         sys.stderr.write("There is no target/alive/index.html. Run make alive first.\n")
         return 1
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
+        )
         tab = browser.new_page(viewport={"width": 1440, "height": 900})
         tab.goto(PAGE.as_uri())
         _until(tab, "window.alive && alive.shown.fit")
         session = tab.context.new_cdp_session(tab)
         session.send("Performance.enable", {"timeDomain": "threadTicks"})
         tab.evaluate("alive.settings.on.sigma = true")
+        sys.stdout.write(f"nothing moves  {tab.evaluate(_STILL, FRAMES):5.1f} frames/s: what this machine allows\n")
         for name in SLIDERS:
             before = _processor_time(session)
             rate = tab.evaluate(_MOVE, [name, FRAMES])

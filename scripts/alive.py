@@ -1,13 +1,15 @@
 """Put the theory page together: ``scripts/alive.py MODULE.wasm OUTPUT.html``; `make alive` does so.
 
 The page is one file that opens without a network and without a server: the scripts of crates/web/page and the numbers and
-colours of the report, as one script each for the page and its workers, and the module, compressed, in base 64.
+colours of the report, as one script each for the page and its workers, the module, compressed, in base 64, and the licences
+of the crates in it.
 """
 
 from __future__ import annotations
 
 import base64
 import gzip
+import html
 import re
 import sys
 from pathlib import Path
@@ -34,11 +36,13 @@ def bundled(scripts: tuple[Path, ...]) -> str:
 def page(module: bytes) -> str:
     """The page with a module."""
     style = (ASSETS / "report.css").read_text(encoding="utf-8") + (PAGE / "alive.css").read_text(encoding="utf-8")
+    licences = (ROOT / "THIRD_PARTY_LICENSES").read_text(encoding="utf-8")
     parts = {
         "style": style,
         "core": base64.b64encode(gzip.compress(module, mtime=0)).decode("ascii"),
         "worker": bundled(OF_WORKER),
         "script": bundled(OF_PAGE),
+        "licences": html.escape(licences, quote=False),
     }
     text = (PAGE / "index.html").read_text(encoding="utf-8")
     for name, part in parts.items():

@@ -107,17 +107,15 @@ export function chartIn(place, about) {
     context.fill();
   }
 
+  /** Bars from the smallest to the largest sample, on whole pixels: many times faster than lines. */
   function stretches({ values, span, colour: name }) {
-    const count = values.length / 2;
-    context.strokeStyle = paint(name);
-    context.lineWidth = Math.max(1, ((width - MARGIN.left - MARGIN.right) / count) * 1.05);
-    context.beginPath();
+    const count = values.length / 2, snapped = (x) => Math.round(x * scale) / scale;
+    context.fillStyle = paint(name);
     for (let k = 0; k < count; k++) {
-      const x = toX(((k + 0.5) / count) * span), low = toY(values[2 * k]), high = toY(values[2 * k + 1]);
-      context.moveTo(x, Math.max(low, high + 1));
-      context.lineTo(x, high);
+      const left = snapped(toX((k / count) * span)), right = snapped(toX(((k + 1) / count) * span));
+      const top = toY(values[2 * k + 1]), bottom = toY(values[2 * k]);
+      context.fillRect(left, snapped(top), Math.max(right - left, 1 / scale), Math.max(snapped(bottom - top), 1 / scale));
     }
-    context.stroke();
   }
 
   function marks() {

@@ -28,7 +28,7 @@ function start(module) {
   const drawn = figures(call);
   const recorder = workerOf(module, script, onanswer), estimator = workerOf(module, script, onanswer);
   const planner = workerOf(module, script, onanswer, { impatient: true });
-  let number = 0, timer = 0;
+  let number = 0, timer = 0, moving = false, limits = null; // the last answer with the errors of the deviations
   let sent = "", asked = null; // the log that the workers have; what the plan was asked for
   const stale = new Set(); // what the next frame draws: "model", "record", "density"
 
@@ -43,6 +43,7 @@ function start(module) {
   /** A change of the settings: the curves in the next frame. */
   function change() {
     number++;
+    moving = true;
     draw("model");
     clearTimeout(timer);
     timer = setTimeout(estimate, QUIET);
@@ -58,7 +59,7 @@ function start(module) {
       showState();
     }
     drawn.drawDeviation();
-    drawn.drawDensity();
+    if (stale.has("model") || stale.has("density")) drawn.drawDensity();
     if (stale.has("record")) drawn.drawRecord();
     stale.clear();
     frames.push(performance.now() - begun);
@@ -72,8 +73,17 @@ function start(module) {
     if (shown.log) estimator.ask("density", request());
   }
 
+  /** Eq. (26) beside the exact error; not in each frame of a movement. */
+  function drawErrors() {
+    if (!limits) return;
+    drawn.drawError(limits.sizes, limits.freedom);
+    showErrors(byId("errors"), drawn);
+  }
+
   function estimate() {
+    moving = false;
     if (shown.log) return;
+    drawErrors();
     if (hasNoise()) estimator.ask("estimate", request());
     else shown.fit = { failed: true };
     showEstimate(byId("coefficients"));
@@ -101,10 +111,8 @@ function start(module) {
       }
       shown.envelope = answer.envelope ?? shown.envelope;
       draw("record");
-      if (answer.number === number) {
-        drawn.drawError(answer.sizes, answer.freedom);
-        showErrors(byId("errors"), drawn);
-      }
+      limits = answer;
+      if (!moving) drawErrors();
     }
     if (answer.number !== number) return;
     if (answer.kind === "plan") byId("plan").removeAttribute("aria-busy");

@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.fft import dct
 
 from known import seed_of
 from sigmatau import NoiseModel, allan, simulate
 from sigmatau._native.gls import Components, Gls
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
+from sigmatau.fitting.alternatives import Modes
 from sigmatau.fitting.components import LONGEST_SHARE, half_octaves
 from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable, smallest_significant
 from sigmatau.model.channel import ChannelModel
@@ -93,6 +95,16 @@ def test_laws():
     )
     n = needed_samples(others, "rate_random_walk", at[100_000], tau0=0.01)
     assert n == pytest.approx(100_000, rel=0.15)
+
+
+def test_cosine_modes_of_a_ramp():
+    """The squares of a ramp are those of its cosine transform; even modes contain none of it."""
+    n, tau0 = 64, 0.5
+    modes = Modes(n, tau0, 0.0)
+    single = modes.count == 1
+    transform = dct((np.arange(n) + 0.5) * tau0, norm="ortho") ** 2 * tau0
+    expected = transform[modes.number[single].astype(int)]
+    assert modes.ramp()[single] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def test_a_filter_hides_what_shows_at_short_times():

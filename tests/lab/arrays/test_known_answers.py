@@ -119,6 +119,17 @@ def test_hat_of_more_sensors_solves_all_pairs():
         assert curve.low[0] <= size <= curve.high[0]
 
 
+def test_upper_limit_of_a_hat_is_one_sided():
+    """A limit at 95 % is the upper end of the two-sided interval at 90 %."""
+    rng = np.random.default_rng(seed_of("limit of a hat"))
+    samples = rng.standard_normal((3, 4096)) * np.array([[1.0], [1.0], [0.01]])
+    tau = 2.0 ** np.arange(6)
+    names, edf = ("a", "b", "c"), np.full(len(tau), 5.0)
+    quiet = hat_curves(names, samples, 1.0, tau, edf, level=0.95)[2]
+    assert np.isfinite(quiet.upper_limit).all()
+    assert quiet.upper_limit == pytest.approx(hat_curves(names, samples, 1.0, tau, edf, level=0.9)[2].high)
+
+
 def test_hat_by_likelihood():
     """A common walk a hundred times larger than the noise does not reach the coefficients."""
     record = gyros("hat by likelihood", 4, sizes=[1, 1, 2, 3])

@@ -27,6 +27,14 @@ def columns():
     return np.column_stack([np.ones(N), u, u**2])
 
 
+def test_the_mean_of_a_record_is_its_bias_without_an_error():
+    """Noise is taken about its mean, so that a model with a constant alone leaves nothing to estimate."""
+    means = np.random.default_rng(seed_of("mean of block means")).normal(size=N)
+    fit = fit_slow_noise(means, np.ones((N, 1)), np.arange(N), samples=SAMPLES, white=1.0)
+    assert fit.coefficients[0] == pytest.approx(means.mean(), abs=1e-12)
+    assert abs(fit.covariance[0, 0]) < 1e-12
+
+
 def test_the_model_itself_is_found_exactly_and_a_shift_moves_the_constant_alone():
     rng = np.random.default_rng(seed_of("exact least squares"))
     noise = rng.normal(size=N)

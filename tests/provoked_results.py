@@ -36,6 +36,12 @@ def ramp():
     return st.Record.from_arrays(rate=2, gyro_x=1e-4 * rates, temperature=np.linspace(0, 50, 7200))
 
 
+def curve_not_kept():
+    """A curve whose points a store did not keep."""
+    none, integers = np.zeros(0), np.zeros(0, dtype=int)
+    return replace(curve(), m=integers, tau=none, avar=none, n_pairs=integers, ramp=none, edf=None, stride=None)
+
+
 @functools.cache
 def calibrated():
     """Its calibration."""
@@ -261,7 +267,8 @@ PROVOKED = {
             lambda: st.plot_overlay({}),
             lambda: st.plot_overlay({"a": {"x": curve()}, "b": {"x": replace(curve(), unit="m/s^2")}}),
             lambda: st.plot_overlay({"a": {"x": curve()}}, ax=[]),
-        )
+        ),
+        st.DataError: (lambda: st.plot_overlay({"a": {"x": curve_not_kept()}}),),
     },
     "random_effects": {
         st.DataError: (

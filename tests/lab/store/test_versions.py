@@ -81,7 +81,7 @@ def test_the_previous_version_gets_the_conditions_of_its_results(place):
 
 def test_a_store_of_the_previous_version_without_write_permission_says_what_to_do(old, tmp_path, monkeypatch):
     monkeypatch.setattr("sigmatau.lab.store.connect._writable", lambda path: False)
-    with pytest.raises(DataError, match="copy the file to where you may write"):
+    with pytest.raises(DataError, match="copy the file to a folder with write permission"):
         Store(old)
 
 

@@ -72,7 +72,12 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
         "curves": _curve_figures(lot),
         "columns": [head for _, _, head, _ in columns],
         "units": [
-            [cut_text(unit.name, _LONGEST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], *unit_values(unit, columns)]
+            [
+                cut_text(unit.name, _LONGEST_NAME),
+                STATE_WORDS[unit.state],
+                MARKS[unit.state],
+                *unit_values(unit, columns),
+            ]
             for unit in sorted(lot.units, key=lambda unit: order[unit.state])
         ],
         "done": [[key, cut_text(text, _LONGEST_TEXT)] for key, text in done_rows(lot, command, moment_text(date))],
@@ -90,7 +95,9 @@ def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
         shown = {name: curve for name, curve in panel.units.items() if name in drawn}
         svg = curves_svg(replace(panel, units=shown), marked, width=_WIDTH, height=_HEIGHT)
         legend = [[cut_text(name, 20), colour] for name, colour in zip(marked, COLOURS[1:], strict=False)]
-        figures.append({"title": cut_text(band.channel, _LONGEST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
+        figures.append(
+            {"title": cut_text(band.channel, _LONGEST_NAME), "unit": panel.unit, "svg": svg, "legend": legend}
+        )
     return figures
 
 

@@ -18,9 +18,9 @@ from sigmatau.lab.temperature.result import ChannelCalibration, TemperatureCalib
 from sigmatau.lab.temperature.text import headline, heads, mean_unit, rows, summary_lines
 from sigmatau.reporting.html import Section, asset, done, frame, scrolled, section
 from sigmatau.reporting.markup import Markup, element, joined, name, raised
-from sigmatau.reporting.report import ENDINGS
 from sigmatau.results import printable
 
+_ENDINGS = (".html", ".pdf")
 _SCRIPTS = ("page", "numbers", "plot", "theme")
 _WIDTH, _HEIGHT = 110.0, 62.0  # size of a figure [mm]
 
@@ -73,8 +73,8 @@ def temperature_report(
     ...     st.temperature_report(st.calibrate_temperature(log), f"{folder}/temperature.html")
     """
     file = Path(path)
-    if file.suffix.lower() not in ENDINGS:
-        raise OptionError(f"{{option}} {file.name!r}: the name must end in {' or '.join(ENDINGS)}", option="path")
+    if file.suffix.lower() not in _ENDINGS:
+        raise OptionError(f"{{option}} {file.name!r}: the name must end in {' or '.join(_ENDINGS)}", option="path")
     date = datetime.now(tz=UTC) if date is None else date
     moment = moment_text(date)
     sections: list[Section] = []

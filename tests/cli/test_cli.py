@@ -93,7 +93,7 @@ def test_help_as_a_word(words, capsys):
     code, out, err = run("help", *words.split(), capsys=capsys)
     assert (code, out, err) == run(*words.split(), "--help", capsys=capsys)
     assert (code, err) == (0, "")
-    assert out.startswith(f"Usage: sigmatau {words}".rstrip())
+    assert out.startswith(f"Usage: sigmatau {words}".rstrip()), out
 
 
 @pytest.mark.parametrize(("option", "after"), [("export --to", ""), ("analyze --export", "=")])

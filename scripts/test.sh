@@ -14,7 +14,7 @@ export PATH="$PWD/.venv/bin:$PATH"
 
 # A process more than cores, because some tests wait for workers that were killed. BLAS gets one thread: the matrices are small,
 # and threads would wait for each other.
-# What failed runs again, alone, and that decides: a browser on a busy machine can be late, and what fails by its own fault fails
+# What failed runs again, alone, and that decides: a browser on a busy machine can be late, but an error of the program fails
 # again. The second run also shows the values of a failed assertion: to prepare them for all tests takes 20 s of CPU time.
 python_tests() {
     local status=0

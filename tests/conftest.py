@@ -21,6 +21,8 @@ ROOT = Path(__file__).resolve().parent.parent
 WORKER = os.environ.get("PYTEST_XDIST_WORKER", "gw0")
 COLLECTED = Path(tempfile.gettempdir(), f"sigmatau-tests-{os.environ.get('PYTEST_XDIST_TESTRUNUID', os.getpid())}")
 IS_COMPILED = (ROOT / "tests" / "io" / "__pycache__").exists()
+LATE_BROWSER = 9  # exit code, for scripts/test.sh
+FAILED = dict[str, bool]()  # failed tests, and whether each is in a browser
 LONGEST_COLLECTION = 120.0  # longest wait of the other workers [s]
 gc.disable()  # no garbage collection while ten thousand tests are collected, none of which can be freed
 
@@ -37,7 +39,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deselect the long tests, except with `--long` and where they are named."""
+    """Mark the tests in a browser. Deselect the long tests, except with `--long` and where they are named."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("browser")
     if config.getoption("--long") or any("::" in argument for argument in config.args):
         return
     long = [item for item in items if item.get_closest_marker("long")]
@@ -61,10 +66,18 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-def pytest_sessionfinish() -> None:
-    """Remove the mark of this run."""
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Note which tests failed, and whether each is in a browser."""
+    if report.failed:
+        FAILED[report.nodeid] = "browser" in report.keywords
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Remove the mark of this run. The exit code is `LATE_BROWSER` if only tests in a browser failed."""
     if WORKER == "gw0":
         COLLECTED.unlink(missing_ok=True)
+    if session.exitstatus == pytest.ExitCode.TESTS_FAILED and FAILED and all(FAILED.values()):
+        session.exitstatus = LATE_BROWSER
 
 
 @pytest.fixture(autouse=True)

@@ -134,8 +134,8 @@ export function figures(call) {
   /** Eq. (26) beside the exact error of the noise of the model. */
   function drawError(sizes, freedom) {
     if (!freedom) return;
-    const kept = sizes.map((m, k) => [m, freedom[3 * k]]).filter(([m]) => m <= samples() / 2);
-    limits = { tau: kept.map(([m]) => m * tau0()), paper: kept.map(([m]) => 100 * errorOfPaper(samples(), m)), exact: kept.map(([, edf]) => 100 / Math.sqrt(2 * edf)) };
+    const usable = sizes.map((m, k) => [m, freedom[3 * k]]).filter(([m]) => m <= samples() / 2);
+    limits = { tau: usable.map(([m]) => m * tau0()), paper: usable.map(([m]) => 100 * errorOfPaper(samples(), m)), exact: usable.map(([, edf]) => 100 / Math.sqrt(2 * edf)) };
     const y = rangeAround([...limits.paper, ...limits.exact], true, 1.5);
     error.set({ x: [limits.tau[0] / 1.15, limits.tau.at(-1) * 1.15], y, lines: [{ x: limits.tau, y: limits.paper, colour: "axis-1", dash: DASH }, { x: limits.tau, y: limits.exact, colour: "axis-0" }] });
   }

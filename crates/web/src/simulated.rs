@@ -95,12 +95,12 @@ fn component(model: &Model, part: usize) -> Component {
 /// The states of order 2 are the output y and its derivative ẏ, which are independent and have the same variance.
 fn filtered(order: u8, angle: f64) -> Component {
     if order == 1 {
-        let kept = (-angle).exp();
+        let decay = (-angle).exp();
         let sigma = FRAC_1_SQRT_2;
         let noise = sigma * (-(-2.0 * angle).exp_m1()).sqrt();
         return Component::Filtered {
             scale: 1.0,
-            transition: vec![kept],
+            transition: vec![decay],
             noise: vec![noise],
             start: vec![sigma],
         };

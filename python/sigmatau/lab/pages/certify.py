@@ -140,14 +140,14 @@ def _rule(file: CertificateFile) -> Rule:
 def _specification(file: CertificateFile) -> Datasheet:
     """Find the specification: a file in the folder of the certificate, or a name of the library."""
     text = file.text("decision", "specification")
-    is_beside = file.specification in file.files
+    is_file = file.specification in file.files
     unknown = DataError(
         f"decision.specification {text!r:.40} is neither a file beside it nor in 'sigmatau datasheet list'"
     ).about(str(file.path))
-    if not is_beside and text.lower().endswith(".toml"):
+    if not is_file and text.lower().endswith(".toml"):
         raise unknown
     try:
-        return find_datasheet(file.specification if is_beside else text)
+        return find_datasheet(file.specification if is_file else text)
     except OptionError:  # the name is in a file, not in an option
         raise unknown from None
 

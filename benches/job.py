@@ -11,21 +11,11 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from benches import text
+from benches.job_logs import LOGS, OPTIONS, RATE, write_logs
 from benches.measure import Settings
 from benches.processes import bare_curves, compiled, launch
 from benches.text import Gate
-from sigmatau import NoiseModel, Record, simulate
-from sigmatau.io.write import write as write_log
-
-RATE = 100.0
-
-_NOISE = {
-    "gyro": {"random_walk": 2e-3, "bias_instability": 5e-5, "rate_random_walk": 1e-6},
-    "accel": {"random_walk": 1e-3, "bias_instability": 2e-4, "rate_random_walk": 3e-6},
-}
 
 # Prints wall and CPU time of each part in order. The parts of `analyze` are functions of its module.
 _PARTS = """
@@ -72,130 +62,49 @@ print(json.dumps(spent))
 """
 
 
-_MODEL = NoiseModel(channels={f"{sensor}_{axis}": noise for sensor, noise in _NOISE.items() for axis in "xyz"})
-
-_LOGS, _LOGS_APART = 40, 4  # number of logs in a folder, and of those with separate samples; the others are links
-_REAL = Path("adis16405_static.csv.gz")  # log of the field data
-_DAY, _DAY_RATE = 17_280_000, 200.0  # samples of 24 hours [Hz]
-
-# Options of `read` for logs that need them; the parts of these are timed too.
-_OPTIONS: dict[str, dict[str, Any]] = {
-    "real": {"rate": RATE},
-    "day": {
-        "rate": _DAY_RATE,
-        "channels": {"gyro": "1:3", "accel": "4:6"},
-        "unit": {"gyro": "rad/s", "accel": "m/s^2"},
-    },
-}
-
-
-def log(samples: int, *, disturbed: bool) -> Record:
-    """Six axes at rest; if `disturbed`, with a knock and spikes as in most logs."""
-    rng = np.random.default_rng(2)
-    axes = _axes(samples, seed=1)
-    places = rng.integers(samples // 4, samples, 20)
-    for name, x in axes.items():
-        if disturbed:
-            x[places] += 40 * float(x.std()) * rng.standard_normal(len(places))
-            x[samples // 5 : samples // 5 + 30] += 60 * float(x.std()) * np.exp(-np.arange(30) / 8)
-        if name == "accel_z":
-            x += 9.80665
-    return Record.from_arrays(rate=RATE, **axes)
-
-
-def _axes(samples: int, seed: int, rate: float = RATE) -> dict[str, Any]:
-    record = simulate(_MODEL, duration=samples / rate, rate=rate, rng=seed)
-    return {name: np.array(record.stream_of(name).column(name)) for name in _MODEL.channels}
-
-
-def moving(samples: int) -> Record:
-    """Six axes with a rotation for some time, spikes, and a step of the mean."""
-    rng = np.random.default_rng(4)
-    axes = _axes(samples, seed=3)
-    start, stop = samples // 4, samples // 4 + samples // 16
-    t = np.arange(stop - start) / RATE
-    for name, x in axes.items():
-        spread = float(x.std())
-        x[rng.integers(samples // 4, samples, 15)] += 40 * spread * rng.standard_normal(15)
-        size = 0.5 if name.startswith("gyro") else 1.0
-        x[start:stop] += size * np.sin(2 * np.pi * (0.4 + 0.1 * rng.random()) * t)
-        x[samples // 10 * 7 :] += 3 * spread
-        if name == "accel_z":
-            x += 9.80665
-    return Record.from_arrays(rate=RATE, **axes)
-
-
-def _other_logs(folder: Path, settings: Settings) -> dict[str, list[str]]:
-    """Write further logs; return their arguments of `sigmatau analyze`."""
-    write_log(moving(settings.samples(50_000)), str(folder / "moving.csv"))
-    logs = folder / "logs"
-    logs.mkdir()
-    (folder / "results").mkdir()
-    for k in range(_LOGS):
-        if k < _LOGS_APART:
-            record = Record.from_arrays(rate=RATE, **_axes(settings.samples(360_000), seed=10 + k))
-            write_log(record, str(logs / f"{k:02}.csv"))
-        else:
-            os.link(logs / f"{k % _LOGS_APART:02}.csv", logs / f"{k:02}.csv")
-    day = folder / "day.npy"
-    n = settings.samples(_DAY)
-    table = np.lib.format.open_memmap(day, mode="w+", dtype=np.float64, shape=(n, 6))
-    for k, x in enumerate(_axes(n, seed=20, rate=_DAY_RATE).values()):
-        table[:, k] = x
-    table.flush()
-    columns = [f"--{option}={_pairs(_OPTIONS['day'][option])}" for option in ("channels", "unit")]
-    arguments_of_logs = {
-        "moving": [str(folder / "moving.csv")],
-        "folder, one": [str(logs), "--jobs", "1", "--threads", "1"],
-        "folder, two": [str(logs), "--jobs", "2"],
-        "day": [str(day), "--rate", f"{_DAY_RATE:g}", *columns],
-    }
-    real = Path(os.environ.get("SIGMATAU_FIELD_DATA", Path(__file__).parents[2] / "shared" / "data")) / _REAL
-    return arguments_of_logs | ({"real": [str(real), "--rate", "100"]} if real.exists() else {})
-
-
-def _pairs(options: dict[str, str]) -> str:
-    return ",".join(f"{name}={value}" for name, value in options.items())
-
-
 def measure(settings: Settings) -> dict[str, Any]:
-    """Measure whole processes and their parts for a clean and a disturbed log, and six bare curves of other packages."""
+    """Measure whole processes in turns, and the parts of some, beside the bare curves of other packages.
+
+    The environment variable EARLIER names the Python of another checkout, whose `analyze` takes its turns too.
+    """
     compiled()
-    n, rounds = settings.samples(720_000), min(settings.rounds, 5)
-    measured: dict[str, Any] = {"samples": n, "processes": {}}
+    rounds, earlier = min(settings.rounds, 5), os.environ.get("EARLIER")
+    measured: dict[str, Any] = {"samples": settings.samples(720_000), "processes": {}}
+    runs: dict[str, list[list[float]]] = {}
+    parts: dict[str, list[dict[str, list[float]]]] = {}
     with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
-        commands = {}
-        for name in ("clean", "disturbed"):
-            path = str(Path(folder) / f"{name}.csv")
-            write_log(log(n, disturbed=name == "disturbed"), path)
-            output = ["--json", str(Path(folder) / f"{name}.json"), "--quiet"]
-            commands[name] = ["-m", "sigmatau", "analyze", path, *output]
-        commands["curves"] = bare_curves(str(Path(folder) / "clean.csv"))
-        runs: dict[str, list[list[float]]] = {name: [] for name in commands}
-        parts: dict[str, list[dict[str, list[float]]]] = {"clean": [], "disturbed": []}
-        for _ in range(rounds):
-            for name, arguments in commands.items():
-                runs[name].append(launch([sys.executable, *arguments]))
-            for name, each in parts.items():
-                each.append(_measure_parts(str(Path(folder) / f"{name}.csv"), {}))
-        for name, arguments in _other_logs(Path(folder), settings).items():
-            output = [
-                "--json",
-                str(Path(folder) / "results" / f"{name}{'' if 'folder' in name else '.json'}"),
-                "--quiet",
-            ]
-            command = [sys.executable, "-m", "sigmatau", "analyze", *arguments, *output]
-            # A few seconds of motion are not at rest.
-            runs[name] = [launch(command, codes=(0, 5)) for _ in range(min(rounds, 3))]
-            if name in _OPTIONS:
-                parts[name] = [_measure_parts(arguments[0], _OPTIONS[name]) for _ in range(min(rounds, 3))]
+        arguments_of_logs = write_logs(Path(folder), settings)
+        curves = {"clean": bare_curves(arguments_of_logs["clean"][0])}
+        if "real" in arguments_of_logs:
+            curves["real"] = bare_curves(arguments_of_logs["real"][0], has_time=False)
+        for name, arguments in arguments_of_logs.items():
+            place = Path(folder) / "results" / (name if "folder" in name else f"{name}.json")
+            words = ["-m", "sigmatau", "analyze", *arguments, "--json", str(place), "--quiet"]
+            commands = {name: [sys.executable, *words]}
+            if earlier:
+                commands[f"{name}, earlier"] = [earlier, *words]
+            if name in curves:
+                commands[f"{name}, curves"] = [sys.executable, *curves[name]]
+            for _ in range(rounds if name in ("clean", "disturbed") else min(rounds, 3)):
+                for key, command in commands.items():
+                    # A few seconds of motion are not at rest.
+                    runs.setdefault(key, []).append(launch(command, codes=(0, 5)))
+                if name in _WITH_PARTS:
+                    parts.setdefault(name, []).append(_measure_parts(arguments[0], OPTIONS.get(name, {})))
     for name, rows in runs.items():
         measured["processes"][name] = [statistics.median(column) for column in zip(*rows, strict=True)]
     measured["parts"] = {
         name: {part: [statistics.median(times[part][k] for times in each) for k in (0, 1)] for part in each[0]}
         for name, each in parts.items()
     }
+    measured["earlier"] = _commit(earlier) if earlier else None
     return measured
+
+
+def _commit(python: str) -> str:
+    """Short name of the commit of the checkout that the Python at this path belongs to."""
+    command = ["git", "-C", str(Path(python).absolute().parent), "log", "-1", "--format=%h of %as"]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
 
 def _measure_parts(log: str, options: dict[str, Any]) -> dict[str, list[float]]:
@@ -204,45 +113,31 @@ def _measure_parts(log: str, options: dict[str, Any]) -> dict[str, list[float]]:
     return {part: [float(value) for value in spent] for part, spent in spent_.items()}
 
 
+_WITH_PARTS = ("clean", "disturbed", "day", "real")  # logs whose parts are timed
+
 _NAMES = {
     "clean": "`sigmatau analyze`, a clean log",
-    "disturbed": "the same, with a knock and 20 spikes",
-    "curves": "pandas + allantools, six bare curves of the clean log",
+    "clean, curves": "pandas + allantools, six bare curves of the clean log",
+    "disturbed": "the log with a knock and 20 spikes",
     "real": "2.8 hours of an ADIS16405, 100 Hz, compressed text",
+    "real, curves": "pandas + allantools, six bare curves of the ADIS16405",
     "moving": "50 000 rows with motion, a step and spikes",
-    "folder, one": f"a folder of {_LOGS} logs of an hour, `--jobs 1 --threads 1`",
-    "folder, two": "the same, `--jobs 2`",
+    "people": "185 000 rows of a navigation-grade gyro, nudged 30 times",
+    "channels": "60 channels of 600 samples",
+    "folder, one": f"a folder of {LOGS} logs of an hour, `--jobs 1 --threads 1`",
+    "folder, two": "the same folder, `--jobs 2`",
     "day": "24 hours, six axes, 200 Hz, NPY",
 }
 
 
-# Number of logs, and longest time of one log. [s]
-_LIMITS = {"real": (1, 1.5), "moving": (1, 1.0), "folder, two": (_LOGS, 0.35), "day": (1, 8.0)}
-_ONE_LOG = {"folder, two": "a log of a folder, `--jobs 2`"}
-
-
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """Text of the section of the page, and its targets."""
-    processes, parts = measured["processes"], measured["parts"]
-    limits = [(name, count, limit) for name, (count, limit) in _LIMITS.items() if name in processes]
-    rows = [
-        [_NAMES[name], text.seconds(wall), text.seconds(cpu), text.size(peak)]
-        for name, (wall, cpu, peak) in processes.items()
-    ]
+    processes, parts, earlier = measured["processes"], measured["parts"], measured["earlier"]
     cells = [
         [part, *(" / ".join(text.seconds(value) for value in parts[name][part]) for name in parts)]
         for part in parts["clean"]
     ]
-    reached = [
-        text.at_most("`sigmatau analyze`, two hours of six axes", processes["clean"][0], 1.0, "s"),
-        text.at_most("the same over six bare curves", processes["clean"][0] / processes["curves"][0], 1.0, "times"),
-        *(
-            text.at_most(_ONE_LOG.get(name, _NAMES[name]), processes[name][0] / count, limit, "s")
-            for name, count, limit in limits
-        ),
-        text.at_least("`--jobs 2` over `--jobs 1`", processes["folder, one"][0] / processes["folder, two"][0], 1.8),
-        text.at_most("24 hours, memory", processes["day"][2] / 1e9, 2.5, "GB"),
-    ]
+    reached = _targets(processes)
     samples = text.number(measured["samples"])
     return [
         "## The main job",
@@ -250,10 +145,53 @@ def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         *text.prose(
             f"A text log of {samples} rows of 7 columns at {RATE:g} Hz to the table and the JSON file",
             "of `sigmatau analyze`, as whole processes. `make bench PARTS=job`.",
+            f"Earlier is commit {earlier}, in turns with today's (`EARLIER=…/.venv/bin/python`)." if earlier else "",
         ),
-        *text.table(["", "wall time", "CPU time", "peak memory"], rows),
+        *_table(processes, with_earlier=earlier is not None),
         "Parts of it, in the order of the work, as wall time / CPU time:",
         "",
         *text.table(["", *parts], cells),
         *text.gates(reached),
     ], reached
+
+
+def _table(processes: dict[str, list[float]], *, with_earlier: bool) -> list[str]:
+    head = ["", "wall time", "CPU time", "peak memory", *(["CPU time, earlier", "today/earlier"] * with_earlier)]
+    rows = []
+    for name, title in _NAMES.items():
+        if name in processes:
+            wall, cpu, peak = processes[name]
+            row = [title, text.seconds(wall), text.seconds(cpu), text.size(peak)]
+            if f"{name}, earlier" in processes:
+                before = processes[f"{name}, earlier"][1]
+                row += [text.seconds(before), f"**{cpu / before:.2f}**"]
+            rows.append(row + [""] * (len(head) - len(row)))
+    return text.table(head, rows)
+
+
+def _targets(processes: dict[str, list[float]]) -> list[Gate]:
+    """Targets as ratios of wall time to the bare curves of other packages and of CPU time to an earlier commit."""
+
+    def of_wall(name: str, base: str) -> float:
+        return processes[name][0] / processes[base][0]
+
+    targets = [
+        text.at_most("main job over six bare curves", of_wall("clean", "clean, curves"), 0.2, "times"),
+        text.at_most("with a knock and 20 spikes, the same", of_wall("disturbed", "clean, curves"), 0.4, "times"),
+    ]
+    if "real" in processes:
+        targets.append(
+            text.at_most("ADIS16405 over its six bare curves", of_wall("real", "real, curves"), 0.3, "times")
+        )
+    targets.append(text.at_most("60 channels of 600 samples, CPU time", processes["channels"][1], 1.5, "s"))
+    for name, title in (("moving", "50 000 rows with motion"), ("people", "185 000 rows with people")):
+        if f"{name}, earlier" in processes:
+            ratio = processes[name][1] / processes[f"{name}, earlier"][1]
+            targets.append(text.at_most(f"{title}, CPU time over earlier", ratio, 0.5, "times"))
+    return [
+        *targets,
+        text.at_most("a log of a folder, `--jobs 2`", processes["folder, two"][0] / LOGS, 0.35, "s"),
+        text.at_least("`--jobs 2` over `--jobs 1`", of_wall("folder, one", "folder, two"), 1.7),
+        text.at_most("24 hours, six axes, 200 Hz, NPY", processes["day"][0], 8.0, "s"),
+        text.at_most("24 hours, memory", processes["day"][2] / 1e9, 1.2, "GB"),
+    ]

@@ -60,7 +60,7 @@ _PANDAS = """
 import sys
 import allantools, numpy as np, pandas
 table = pandas.read_csv(sys.argv[1])
-columns = [table[name].to_numpy() for name in table.columns[1:]]
+columns = [table[name].to_numpy() for name in table.columns[HAS_TIME:]]
 """
 _LOADTXT = """
 import sys
@@ -82,9 +82,9 @@ def compiled() -> None:
     compileall.compile_dir(Path(sigmatau.__file__).parent, quiet=1)
 
 
-def bare_curves(log: str) -> list[str]:
-    """Arguments of Python for six curves by pandas and allantools."""
-    return ["-c", _PANDAS + _OCTAVES, log]
+def bare_curves(log: str, *, has_time: bool = True) -> list[str]:
+    """Arguments of Python for six curves by pandas and allantools of a log whose first column may be the time."""
+    return ["-c", (_PANDAS + _OCTAVES).replace("HAS_TIME", str(int(has_time))), log]
 
 
 def measure(settings: Settings) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -34,16 +34,39 @@ def skip_without(package: str, reason: str) -> None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--long` runs the tests with the marker `long` too."""
-    parser.addoption("--long", action="store_true", help="run also the tests that take many seconds: every night")
+    """`--long` runs the tests of long.txt too; `--cpu-times` shows which belong there."""
+    parser.addoption("--long", action="store_true", help="run also the tests of tests/long.txt: every night")
+    parser.addoption("--cpu-times", type=Path, help="append the CPU time of each test to this file, as in long.txt [s]")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Write the CPU time of a test and its child processes, if a file is given."""
+    start = sum(os.times()[:4])
+    try:
+        return (yield)
+    finally:
+        if file := item.config.getoption("--cpu-times"):
+            with file.open("a", encoding="utf-8") as stream:
+                stream.write(f"{sum(os.times()[:4]) - start:5.1f} {item.nodeid}\n")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the tests in a browser. Deselect the long tests, except with `--long` and where they are named."""
+    """Mark the tests in a browser and the long tests. Deselect these, except with `--long` and where they are named."""
+    lines = (ROOT / "tests" / "long.txt").read_text(encoding="utf-8").splitlines()
+    names = {line.split(maxsplit=1)[1] for line in lines if not line.startswith("#")}
     for item in items:
         if "browser" in getattr(item, "fixturenames", ()):
             item.add_marker("browser")
-    if config.getoption("--long") or any("::" in argument for argument in config.args):
+        if item.nodeid in names:
+            item.add_marker("long")
+    if any("::" in argument for argument in config.args):
+        return
+    collected = {item.nodeid for item in items}
+    files = {name.split("::")[0] for name in collected}
+    if removed := {name for name in names - collected if name.split("::")[0] in files}:
+        raise pytest.UsageError(f"tests/long.txt names tests that do not exist: {', '.join(sorted(removed))}")
+    if config.getoption("--long"):
         return
     long = [item for item in items if item.get_closest_marker("long")]
     if long:

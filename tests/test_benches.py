@@ -54,7 +54,6 @@ def test_every_counted_work_has_its_limit():
     assert set(listed.split(", ")) == set(instructions.LESS) | {"nothing"}
 
 
-@pytest.mark.long
 def test_growth(tmp_path):
     from benches import growth
 
@@ -74,7 +73,6 @@ def test_growth(tmp_path):
     assert all((tmp_path / f"performance-{name}.svg").stat().st_size > 1000 for name in ("samples", "taus"))
 
 
-@pytest.mark.long
 def test_a_run_from_end_to_end(tmp_path, monkeypatch):
     from benches import run
 

@@ -230,7 +230,6 @@ class TestMemory:
         assert "clusters start at every" in " ".join(said.split()), said
         assert memory < space
 
-    @pytest.mark.long
     @linux
     def test_a_table_is_inspected_where_it_is_analysed(self, tmp_path):
         """Three million rows of six axes: 144 MB of numbers, of which the checks held copies."""

@@ -16,7 +16,6 @@ def opened(browser, address):
         yield open_tab
 
 
-@pytest.mark.long
 def test_each_has_its_log_its_options_and_its_analysis(opened, folder):
     short = write_table(folder / "short_of_two.csv", six_axes())
     long = write_long(folder / "long_of_two.npy")

@@ -25,13 +25,7 @@ COMMANDS = [
 ]
 
 
-# Pages with hours of records; tests/test_paper.py and tests/test_field.py check what they show.
-LONG = ("docs/screens.md", "docs/paper/authors-day.md", "docs/paper/units.md")
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in RUNNING]
-)
+@pytest.mark.parametrize("name", RUNNING)
 def test_page(name, tmp_path):
     run_page(ROOT / name, tmp_path).check()
 

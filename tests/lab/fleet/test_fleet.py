@@ -242,7 +242,6 @@ def alive(pid):
         return False
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("place", ["postgres"], indirect=True)
 def test_the_scheduler_is_killed(logs, processes, place):
     scheduler, address = processes.scheduler()
@@ -258,7 +257,6 @@ def test_the_scheduler_is_killed(logs, processes, place):
     assert "Traceback" not in err
 
 
-@pytest.mark.long
 def test_a_log_that_kills_its_worker_beside_a_record_that_is_divided(processes, tmp_path):
     zarr = pytest.importorskip("zarr", reason="records in chunks need the extra cluster")
     n = 1_800_000

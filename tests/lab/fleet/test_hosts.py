@@ -76,7 +76,6 @@ def hosts():
         made.__exit__()
 
 
-@pytest.mark.long
 def test_a_host_is_cut_off(hosts, tmp_path):
     logs = make_logs(tmp_path / "logs", LOGS)
     with Processes(tmp_path) as processes:

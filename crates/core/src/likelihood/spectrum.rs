@@ -8,9 +8,9 @@ use crate::likelihood::running_mean::{RunningMean, tapered};
 use crate::terms::Term;
 use std::borrow::Cow;
 
-/// Change of a parameter of a filter of known shape for its derivative, and the ln |H|² that stands for |H|² = 0.
+/// Change of a parameter of a filter of known shape for its derivative, and the |H|² that stands for 0.
 const PARAMETER_STEP: f64 = 0.005;
-const MIN_LOG_POWER: f64 = -60.0;
+const MIN_POWER: f64 = 1e-26;
 
 /// Share of the median density that is added, so that an empty model has a likelihood.
 const FLOOR: f64 = 1e-9;
@@ -27,26 +27,22 @@ impl Model {
         if let Some(family) = self.family {
             return Some(responses(family.shape(&self.filter), bins));
         }
-        let response = |cosines: &[Vec<f64>], log_mean: &dyn Fn(RunningMean, usize) -> f64| {
-            let mut sum = vec![0.0; cosines[0].len()];
-            if let Some(mean) = self.mean {
-                sum.iter_mut().enumerate().for_each(|(i, s)| *s = log_mean(mean, i));
-            }
+        let response = |cosines: &[Vec<f64>], mean_power: &dyn Fn(RunningMean, usize) -> f64| {
+            let mut powers = vec![0.0; cosines[0].len()];
             for (a, cosine) in self.filter.iter().zip(cosines) {
-                sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
+                powers.iter_mut().zip(cosine).for_each(|(sum, c)| *sum += a * c);
             }
-            for s in &mut sum {
-                *s = s.exp();
+            for (i, power) in powers.iter_mut().enumerate() {
+                *power = power.exp() * self.mean.map_or(1.0, |mean| mean_power(mean, i));
             }
-            sum
+            powers
         };
         let spacing = bins.record.frequency(1);
-        let low =
-            response(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.log_power(f).exp()).ln());
+        let low = response(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.power(f)));
         let high = response(&bins.cosines_high, &|mean, i| {
             let f = bins.fine_points[i].frequency;
             // With missing samples, the matrix includes the smearing by the taper.
-            if bins.leaks() { mean.log_power(f) } else { mean.log_measured_power(f, spacing) }
+            if bins.leaks() { mean.power(f) } else { mean.measured_power(f, spacing) }
         });
         Some((low, high))
     }
@@ -90,7 +86,7 @@ impl Model {
     /// |H|² at a frequency, with the interval of the filter's cosines. [Hz, s]
     pub(crate) fn response_at(&self, f: f64, interval: f64) -> f64 {
         if let Some(family) = self.family {
-            return family.shape(&self.filter).log_power(f * interval).exp();
+            return family.shape(&self.filter).power(f * interval);
         }
         let angle = 2.0 * std::f64::consts::PI * f * interval;
         let sum: f64 = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0)).sum();
@@ -250,8 +246,8 @@ impl Model {
     pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
         let record = bins.record;
         let point = FinePoint::new(f, record.tau0, record.segment);
-        let log_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
-        let response = self.response_at(f, self.interval(bins)) * log_mean.exp();
+        let of_mean = self.mean.map_or(1.0, |mean| mean.tapered_power(f, record.frequency(1)));
+        let response = self.response_at(f, self.interval(bins)) * of_mean;
         let filtered = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
             match part {
@@ -268,17 +264,25 @@ impl Model {
 
 /// |H|² of a shape at the low bins and at the points.
 fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
-    let (tau0, spacing, zeros) = (bins.record.tau0, bins.record.frequency(1), shape.has_zeros());
-    let response = shape.response();
-    let power = |f: f64| response.log_power(f * tau0).max(MIN_LOG_POWER).exp();
-    let mode_power = |bin: usize| {
-        if zeros { bins.mean_of_modes(bin, power) } else { power(bins.frequency[bin]) }
+    let (tau0, spacing, response) = (bins.record.tau0, bins.record.frequency(1), shape.response());
+    let power = |f: f64| response.power(f * tau0).max(MIN_POWER);
+    let at = |frequencies: &mut dyn Iterator<Item = f64>| {
+        let mut powers = response.powers(&frequencies.map(|f| f * tau0).collect::<Vec<_>>());
+        powers.iter_mut().for_each(|power| *power = power.max(MIN_POWER));
+        powers
     };
-    let point_power = |point: &FinePoint| {
-        // With missing samples, the matrix includes the smearing by the taper.
-        if zeros && !bins.leaks() { tapered(power, point.frequency, spacing) } else { power(point.frequency) }
+    let low = if shape.has_zeros() {
+        (0..bins.low).map(|bin| bins.mean_of_modes(bin, power)).collect()
+    } else {
+        at(&mut bins.frequency[..bins.low].iter().copied())
     };
-    ((0..bins.low).map(mode_power).collect(), bins.fine_points.iter().map(point_power).collect())
+    // With missing samples, the matrix includes the smearing by the taper.
+    let high = if shape.has_zeros() && !bins.leaks() {
+        bins.fine_points.iter().map(|point| tapered(power, point.frequency, spacing)).collect()
+    } else {
+        at(&mut bins.fine_points.iter().map(|point| point.frequency))
+    };
+    (low, high)
 }
 
 fn add(sum: &mut [f64], x: &[f64], factor: f64) {

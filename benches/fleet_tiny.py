@@ -70,8 +70,8 @@ def make_logs(folder: Path, count: int) -> Path:
     return folder
 
 
-def measure(folder: Path, count: int, keep: str, *, canned: bool) -> dict[str, Any]:
-    """Run the command on an empty store, then again."""
+def command(folder: Path, count: int, keep: str, *, canned: bool) -> tuple[list[str], dict[str, str]]:
+    """Return the words and the environment of a command that analyses the logs into an empty store, ``tiny.db``."""
     logs, store = make_logs(folder / f"tiny{count}", count), folder / "tiny.db"
     for file in folder.glob("tiny.db*"):
         file.unlink()
@@ -79,11 +79,18 @@ def measure(folder: Path, count: int, keep: str, *, canned: bool) -> dict[str, A
     if canned:
         (folder / "sitecustomize.py").write_text(CANNED)
         environment["PYTHONPATH"] = os.pathsep.join([str(folder), *sys.path])
-    command = [sys.executable, "-m", "sigmatau", "fleet", "analyze", str(logs), "--store", str(store), *OPTIONS]
+    words = [sys.executable, "-m", "sigmatau", "fleet", "analyze", str(logs), "--store", str(store), *OPTIONS]
+    return [*words, "--workers", "2", "--keep-curves", keep, "-q"], environment
+
+
+def measure(folder: Path, count: int, keep: str, *, canned: bool) -> dict[str, Any]:
+    """Run the command on an empty store, then again."""
+    words, environment = command(folder, count, keep, canned=canned)
+    store = folder / "tiny.db"
     result: dict[str, Any] = {"logs": count, "canned": canned, "keep_curves": keep}
     for name in ("first", "again"):
         begun = time.perf_counter()
-        process = subprocess.Popen([*command, "--workers", "2", "--keep-curves", keep, "-q"], env=environment)
+        process = subprocess.Popen(words, env=environment)
         parent, cpu, memory, workers = psutil.Process(process.pid), 0.0, 0, 0.0
         by_worker: dict[int, float] = {}
         while process.poll() is None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benches import checks, fits, growth, job, kernels, peers, processes, simulation, stream, text
+from benches import checks, curves, fits, growth, job, kernels, peers, processes, simulation, stream, text
 from benches.reasons import REASONS
 
 SECTIONS = {
     module.__name__.split(".")[-1]: module
-    for module in (job, peers, kernels, processes, stream, simulation, growth, fits, checks)
+    for module in (job, peers, kernels, processes, stream, simulation, growth, curves, fits, checks)
 }
 
 
@@ -25,8 +25,10 @@ def write(measured: dict[str, Any], folder: Path) -> None:
             reached += gates
     figures = folder / "figures"
     figures.mkdir(parents=True, exist_ok=True)
-    if "growth" in measured["sections"]:
-        growth.draw(measured["sections"]["growth"]["found"], figures)
+    for module in (growth, curves):
+        name = module.__name__.split(".")[-1]
+        if name in measured["sections"]:
+            module.draw(measured["sections"][name]["found"], figures)
     page = "\n".join([*_head(measured), *_summary(reached), *body]).rstrip() + "\n"
     (folder / "performance.md").write_text(page, encoding="utf-8")
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from benches import instructions, kernels, text
+from benches import curves, instructions, kernels, text
 from benches.measure import status_bytes, turns
 
 from conftest import ROOT
@@ -54,6 +54,16 @@ def test_every_counted_work_has_its_limit():
     assert set(listed.split(", ")) == set(instructions.LESS) | {"nothing"}
 
 
+def test_the_power_of_a_cost_is_its_largest_slope():
+    rows = [{"number": n, "cpu": cpu} for n, cpu in [(0, 1.0), (1, 1.0), (10, 1.0), (100, 100.0), (1000, 1000.0)]]
+    assert curves.largest_power(rows) == pytest.approx(2.0)
+    measured = dict.fromkeys(curves.TITLES, rows)
+    lines, gates = curves.write(measured)
+    assert len(gates) == len(curves.TITLES)
+    assert not any(gate.passed for gate in gates)
+    assert sum("1.00 s | 1.00 s | 1.00 s | 100 s | 1000 s | **2.00**" in line for line in lines) == len(measured)
+
+
 def test_growth(tmp_path):
     from benches import growth
 
@@ -77,7 +87,7 @@ def test_a_run_from_end_to_end(tmp_path, monkeypatch):
     from benches import run
 
     # All that needs no compiler, but growth, which starts 36 processes, and the job, whose log is long at any scale.
-    parts = ["peers", "processes", "stream", "simulation", "fits", "checks"]
+    parts = ["peers", "processes", "stream", "simulation", "curves", "fits", "checks"]
     command = ["run", "--rounds", "1", "--scale", "0.001", "--only", *parts]
     folders = ["--cache", str(tmp_path)]  # the page of docs is not replaced by one that is not whole
     monkeypatch.chdir(ROOT)

@@ -89,6 +89,36 @@ def test_links_to_other_files_and_circles_are_not_followed(tmp_path):
     assert read(tmp_path / "log").provenance.topics == ("/imu0",)
 
 
+@pytest.mark.parametrize("kind", ["external", "virtual"])
+def test_samples_in_other_files_are_not_read(tmp_path, kind):
+    """A log that names another file as the place of its samples: the HDF5 library would read that file."""
+    GYRO[:, 0].tofile(tmp_path / "secret")
+    with h5py.File(tmp_path / "log", "w") as file:
+        file["more"] = np.zeros((5, 5, 5, N))  # more bytes than the other file
+        if kind == "external":
+            file.create_dataset("gyro_x", shape=(N,), dtype="f8", external=[(str(tmp_path / "secret"), 0, 8 * N)])
+        else:
+            save(tmp_path / "secret")
+            layout = h5py.VirtualLayout(shape=(N,), dtype="f8")
+            layout[:] = h5py.VirtualSource(str(tmp_path / "secret"), "imu0/t", shape=(N,))
+            file.create_virtual_dataset("gyro_x", layout)
+    with pytest.raises(DataError, match="dataset gyro_x has its samples in other files, which are not opened"):
+        read(tmp_path / "log", rate=100, unit={"gyro": "rad/s"})
+
+
+def test_a_filter_that_is_not_installed(tmp_path):
+    """Programs in the folder of the log are not loaded; only those in HDF5_PLUGIN_PATH are, which the user sets."""
+    with h5py.File(tmp_path / "log", "w") as file:
+        file.create_dataset("gyro_x", data=GYRO[:, 0], chunks=(100,), compression="gzip")
+    raw = bytearray((tmp_path / "log").read_bytes())
+    place = raw.index(b"deflate") - 8
+    assert int.from_bytes(raw[place : place + 2], "little") == 1
+    raw[place : place + 2] = (32001).to_bytes(2, "little")
+    (tmp_path / "log").write_bytes(raw)
+    with pytest.raises(DataError, match="dataset gyro_x needs the HDF5 filter 32001, which is not installed"):
+        read(tmp_path / "log", rate=100, unit={"gyro": "rad/s"})
+
+
 def test_parts_that_were_never_written(tmp_path):
     with h5py.File(tmp_path / "log", "w") as file:
         file.create_dataset("wx", shape=(N,), dtype="f8", chunks=(100,))[:150] = 1.0

@@ -180,3 +180,15 @@ def test_mutants(tmp_path, version):
     save(path, version, imu={"t": t, "gyro": GYRO[:60], "acc": ACCEL[:60]}, spare=t)
     good = survives(f"matlab {version}", path.read_bytes(), path, 60 if version == "v7.3" else 200, **UNITS)
     assert good > 0  # else they would be too broken to show anything
+
+
+def test_links_of_version_73_to_other_files_are_not_followed(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "log.mat"
+    save(path, "v7.3", t=T, gyro=GYRO, acc=ACCEL)
+    before = read(path, **UNITS)
+    with h5py.File(path, "a") as file:
+        file["elsewhere"] = h5py.ExternalLink(str(tmp_path / "other.mat"), "/imu")  # which does not exist
+    after = read(path, **UNITS)
+    assert after.channels == before.channels
+    assert after.findings == before.findings

@@ -1,7 +1,9 @@
 """Excel workbooks, made by the published layout."""
 
 import datetime as dt
+import itertools
 import sys
+import zipfile
 from importlib.util import find_spec
 
 import numpy as np
@@ -101,6 +103,31 @@ def test_cut(tmp_path, share):
     path.write_bytes(cut(path.read_bytes(), share))
     with pytest.raises(DataError, match="damaged or truncated"):
         read(path)
+
+
+@needs_calamine
+@pytest.mark.parametrize("entity", ["other", "small", "large"])
+def test_entities_are_not_expanded(tmp_path, entity):
+    """An entity that is another file, or 10¹¹ characters, is not a number: the reader knows only those of XML."""
+    (tmp_path / "secret").write_text("0.5")
+    places = "abcdefghijk"
+    nested = "".join(f'<!ENTITY {y} "{f"&{x};" * 10}">' for x, y in itertools.pairwise(places))
+    other = f'<!ENTITY other SYSTEM "{(tmp_path / "secret").as_uri()}">'
+    kinds = f'<!DOCTYPE worksheet [{other}<!ENTITY small "0.5"><!ENTITY a "1">{nested}]>'
+    value = {"large": places[-1]}.get(entity, entity)
+    plain = workbook(tmp_path / "plain.xlsx", {"Sheet1": [HEADER, *ROWS]})
+    with zipfile.ZipFile(plain) as read_from, zipfile.ZipFile(tmp_path / "log.xlsx", "w") as archive:
+        for name in read_from.namelist():
+            text = read_from.read(name).decode()
+            if name.endswith("sheet1.xml"):
+                text = kinds + text.replace(f"<v>{ROWS[7][1]!r}</v>", f"<v>&{value};</v>")
+                assert f"&{value};" in text
+            archive.writestr(name, text)
+    record = read(tmp_path / "log.xlsx")
+    got = record.stream_of("gyro_x").column("gyro_x") * (180 / np.pi)
+    assert len(got) == N
+    assert np.isnan(got[7])
+    np.testing.assert_allclose(np.delete(got, 7), np.delete(VALUES[:, 0], 7), rtol=1e-12)
 
 
 @needs_calamine

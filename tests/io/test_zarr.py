@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -214,3 +215,37 @@ def test_samples_stay_in_the_store(tmp_path, monkeypatch):
     )
     for name in AXES:
         np.testing.assert_array_equal(exact.curves[name].avar, whole.curves[name].avar)
+
+
+class Payload:
+    """Would run a program where it is unpickled."""
+
+    def __init__(self, place):
+        self.place = place
+
+    def __reduce__(self):
+        return open, (str(self.place), "w")
+
+
+@pytest.mark.parametrize(
+    ("version", "changes"),
+    [
+        (2, {"filters": [{"id": "pickle", "protocol": 5}], "compressor": None}),
+        (2, {"filters": [{"id": "shuffle", "elementsize": 1}, {"id": "pickle", "protocol": 5}], "compressor": None}),
+        (2, {"compressor": {"id": "pickle", "protocol": 5}}),
+        (2, {"dtype": "|O", "filters": [{"id": "pickle", "protocol": 5}], "compressor": None, "fill_value": None}),
+        (3, {"codecs": [{"name": "numcodecs.pickle", "configuration": {"protocol": 5}}]}),
+        (3, {"codecs": [{"name": "pickle"}, {"name": "bytes", "configuration": {"endian": "little"}}]}),
+    ],
+)
+def test_codecs_that_run_programs_are_refused(tmp_path, version, changes):
+    place = by_axis(tmp_path / "log.zarr", numbers(), version=version)
+    array = place / "gyro_x"
+    metadata = array / (".zarray" if version == 2 else "zarr.json")
+    metadata.write_text(json.dumps(json.loads(metadata.read_text()) | changes))
+    for chunk in array.rglob("*"):
+        if chunk.name.isdigit() and chunk.is_file():
+            chunk.write_bytes(pickle.dumps(Payload(tmp_path / "ran")))
+    with pytest.raises(DataError):
+        sigmatau.read(place).stream_of("gyro_x").column("gyro_x")
+    assert not (tmp_path / "ran").exists()

@@ -88,12 +88,9 @@ def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
     waiting: list[tuple[tuple[str, ...], Any]] = [((), file)]
     while waiting:
         names, group = waiting.pop(0)
-        for name in group:
+        for name, item in hard_items(group):
             if len(visited) > _MAX_OBJECTS:
                 raise DataError(f"has more than {_MAX_OBJECTS} objects, too many for a log")
-            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                continue
-            item = group[name]
             number = bytes(h5py.h5o.get_info(item.id).addr.to_bytes(8, "little", signed=False))
             if number in visited:
                 continue
@@ -102,6 +99,37 @@ def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
                 waiting.append(((*names, name), item))
             elif isinstance(item, h5py.Dataset):
                 yield (*names, name), item
+
+
+def hard_items(group: Any) -> Iterator[tuple[str, Any]]:  # noqa: ANN401
+    """Objects of a group with their names, without links, which may lead to other files."""
+    import h5py
+
+    for name in group:
+        if isinstance(group.get(name, getlink=True), h5py.HardLink):
+            yield name, group[name]
+
+
+def refuse_other_files(names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN401
+    """Raise `DataError` for a dataset whose samples are in other files: a log must not choose files to be read."""
+    if dataset.is_virtual or dataset.external is not None:
+        name = "/".join(names)
+        raise DataError(
+            f"dataset {name} has its samples in other files, which are not opened; copy them into this file"
+        )
+
+
+def _refuse_filters(name: str, dataset: Any) -> None:  # noqa: ANN401
+    """Raise `DataError` for a dataset that needs a filter that is not installed."""
+    import h5py
+
+    plan = dataset.id.get_create_plist()
+    for place in range(plan.get_nfilters()):
+        code = plan.get_filter(place)[0]
+        if not h5py.h5z.filter_avail(code):
+            raise DataError(
+                f"dataset {name} needs the HDF5 filter {code}, which is not installed; write it with gzip or uncompressed"
+            )
 
 
 def _leaves(path: Path, names: tuple[str, ...], dataset: Any) -> Iterator[Leaf]:  # noqa: ANN401
@@ -151,6 +179,7 @@ def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN
     """Raise `DataError` if a dataset declares more than the file stores: h5py returns zeros for missing parts."""
     if dataset.shape is None or dataset.dtype.kind == "O":
         return
+    refuse_other_files(names, dataset)
     declared = int(np.prod([int(n) for n in dataset.shape], dtype=object)) * dataset.dtype.itemsize
     stored = int(dataset.id.get_storage_size())
     name = "/".join(names)
@@ -160,9 +189,10 @@ def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN
         raise DataError(f"dataset {name} declares {declared} bytes but the file stores {stored}; it is damaged")
     refuse_expansion(stored, declared, f"dataset {name}")
     if dataset.chunks is None:
-        if stored < declared and dataset.external is None:
+        if stored < declared:
             raise DataError(f"dataset {name} has {stored} of {declared} bytes; copy or record the file again")
         return
+    _refuse_filters(name, dataset)
     want = 1
     for n, chunk in zip(dataset.shape, dataset.chunks, strict=True):
         want *= -(-n // chunk)

@@ -57,12 +57,13 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 def _walk_73(path: Path, contents: mat5.MatContents) -> None:
     with hdf5.open_file(path) as file, library_faults(hdf5.damaged):
-        for name, item in file.items():
+        for name, item in hdf5.hard_items(file):
             kind = hdf5.word(item, "MATLAB_class")
             if kind in mat5.TABLES and "MATLAB_object_decode" in item.attrs:
                 contents.opaque.append(name)
         for names, dataset in hdf5.walk(file):
             if names[0].startswith("#") or names[0] in contents.opaque:
+                hdf5.refuse_other_files(names, dataset)
                 continue
             kind = hdf5.word(dataset, "MATLAB_class")
             if dataset.shape is None or "MATLAB_empty" in dataset.attrs or kind == "char":

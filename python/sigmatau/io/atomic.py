@@ -6,12 +6,14 @@ import contextlib
 import glob
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from sigmatau.errors import DataError
 
+_MAX_LINKS = 40  # largest number of links that Linux follows in a path
 PARTS = ".parts"
 """Ending of the folder in which a writer keeps parts of its temporary file."""
 
@@ -21,9 +23,11 @@ def atomic(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path beside `path`. It replaces `path` if the block succeeds, and is removed if the block fails.
 
     The temporary file is locked while it is written. One left behind by a killed process is not locked, and the next writer
-    of the same file removes it. A symbolic link stays a link: the file that it points to is replaced.
+    of the same file removes it. A symbolic link stays a link: the file that it points to is replaced, unless another user
+    made the link in a folder that all users share.
     """
     try:
+        _refuse_foreign_links(Path(path))
         target = Path(os.path.realpath(path))
         temporary, handle = _make_temporary(target)
     except OSError as error:
@@ -43,6 +47,28 @@ def atomic(path: str | Path) -> Iterator[Path]:
     finally:
         os.close(handle)
         temporary.unlink(missing_ok=True)
+
+
+def _refuse_foreign_links(path: Path) -> None:
+    """Raise `DataError` for a link that another user made in a shared folder, such as ``/tmp``: it would choose the file to
+    be replaced. The rule is that of Linux for files that are opened (proc_sys_fs(5), protected_symlinks), which does not
+    cover files that are renamed.
+    """
+    user = os.geteuid() if hasattr(os, "geteuid") else None
+    for _ in range(_MAX_LINKS):
+        if user is None or not path.is_symlink():
+            return
+        if is_foreign_link(path.lstat(), path.absolute().parent.stat(), user):
+            raise DataError(
+                f"{path}: is a symbolic link of another user in a shared folder; give another name, or remove the link"
+            )
+        path = path.parent / path.readlink()
+
+
+def is_foreign_link(link: os.stat_result, folder: os.stat_result, user: int) -> bool:
+    """Whether a link in a folder with the sticky bit that all may write is of neither this user nor the folder's owner."""
+    is_shared = bool(folder.st_mode & stat.S_ISVTX and folder.st_mode & stat.S_IWOTH)
+    return is_shared and link.st_uid not in (user, folder.st_uid)
 
 
 def _make_temporary(target: Path) -> tuple[Path, int]:
@@ -73,7 +99,7 @@ def _remove_abandoned(path: Path) -> None:
             if not path.with_suffix("").exists():  # the file may be removed before its parts or after them
                 shutil.rmtree(path, ignore_errors=True)
             return
-        handle = os.open(path, os.O_RDWR)
+        handle = os.open(path, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))  # a writer makes no links
         try:
             if _try_to_lock(handle):
                 path.unlink()

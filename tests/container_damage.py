@@ -3,6 +3,7 @@
 import math
 import os
 import random
+import re
 import resource
 import time
 
@@ -12,7 +13,7 @@ from sigmatau.io.read import read
 
 PAGE = 4096
 SECONDS = 30.0  # longest time for one small file: a hang, not a slow machine [s]
-MUTANTS = float(os.environ.get("SIGMATAU_MUTANTS", "0.4"))  # factor on the number of mutants; 25 in `make fuzz`
+MUTANTS = float(os.environ.get("SIGMATAU_MUTANTS", "0.4"))  # factor on the number of mutants; 10 in `make fuzz`
 SPACE = 6 << 30  # limit of the address space, so that excessive allocations fail [bytes]
 
 
@@ -51,8 +52,54 @@ def mutated(raw, rng):
     return bytes(data)
 
 
-def survives(name, raw, path, count, **options):
-    """Read `count` mutants: each must give a record or a documented error in time. Returns the number of records."""
+ODD_NUMBERS = (
+    "nan",
+    "inf",
+    "-inf",
+    "1e400",
+    "-1",
+    "0",
+    "1e-320",
+    "1e308",
+    "9" * 400,
+    "0x7",
+    "1_0",
+    "true",
+    '""',
+    "[]",
+    "{}",
+)
+
+
+def mutated_text(raw, rng):
+    """Change a text: an odd number, a line removed, repeated or moved, a word in another place, or bytes as in `mutated`."""
+    if rng.random() < 0.3:
+        return mutated(raw, rng)
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        text = raw.decode("utf-8", "surrogateescape")
+        lines = text.splitlines(keepends=True) or [""]
+        numbers = list(re.finditer(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?", text))
+        words = list(re.finditer(r"[A-Za-z_]+", text))
+        kind = rng.choice(("number", "number", "word", "remove", "repeat", "move"))
+        if kind in ("number", "word") and numbers and words:
+            match = rng.choice(numbers if kind == "number" else words)
+            new = rng.choice(ODD_NUMBERS) if kind == "number" or rng.random() < 0.3 else rng.choice(words)[0]
+            text = text[: match.start()] + new + text[match.end() :]
+        else:
+            place = rng.randrange(len(lines))
+            line = lines[place] if kind == "repeat" else lines.pop(place)
+            if kind != "remove":
+                lines.insert(rng.randrange(len(lines) + 1), line)
+            text = "".join(lines)
+        raw = text.encode("utf-8", "surrogateescape")
+    return raw
+
+
+def survives(name, raw, path, count, *, place=None, **options):
+    """Read `count` mutants: each must give a record or a documented error in time. Returns the number of records.
+
+    `path` is changed; `place` is read, where it is the folder of several files.
+    """
     rng = random.Random(known.seed_of(name))
     old = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (SPACE, old[1]))
@@ -63,7 +110,7 @@ def survives(name, raw, path, count, **options):
             start = time.perf_counter()
             words = ""
             try:
-                good += len(read(path, **options).streams) > 0
+                good += len(read(place or path, **options).streams) > 0
             except (DataError, OptionError) as error:
                 words = str(error)
             assert "does not fit in memory" not in words, number

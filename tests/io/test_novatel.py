@@ -161,7 +161,7 @@ def test_mutated_files(tmp_path, make):
     path = tmp_path / "log.gps"
     whole = b"".join(make("RAWIMUSX", i) for i in range(30))
     known = {int(c) for c in COUNTS[:30, 5]}
-    for _ in mutants(70):
+    for _ in mutants(100):
         raw = bytearray(whole)
         for _ in range(int(rng.integers(1, 12))):
             at = int(rng.integers(len(raw)))

@@ -90,7 +90,7 @@ def test_mutated(tmp_path, kind):
     rng = np.random.default_rng(seed_of(f"mutated {kind}"))
     path, values = made(kind, tmp_path, n=12)
     whole = path.read_bytes()
-    shorter, turns = 0, mutants(80)
+    shorter, turns = 0, mutants(100)
     for _ in turns:
         data = bytearray(whole)
         for _ in range(int(rng.integers(1, 4))):

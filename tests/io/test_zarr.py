@@ -1,13 +1,16 @@
 """Zarr stores, formats 2 and 3: the numbers, what they are called, and chunks that are missing or damaged."""
 
+import gc
 import itertools
 import json
 import pickle
+import time
 
 import numpy as np
 import pytest
 
 import sigmatau
+from container_damage import survives
 from known import seed_of
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
@@ -217,6 +220,28 @@ def test_samples_stay_in_the_store(tmp_path, monkeypatch):
         np.testing.assert_array_equal(exact.curves[name].avar, whole.curves[name].avar)
 
 
+@pytest.mark.parametrize("changes", [{"shape": [10**8], "chunks": [1]}, {"shape": [10**13]}, {"shape": [2**70]}])
+def test_too_many_chunks(tmp_path, changes):
+    """Their names are not listed: 10⁸ of them take minutes and gigabytes."""
+    place = by_axis(tmp_path / "log.zarr", numbers(), version=2)
+    metadata = place / "gyro_x" / ".zarray"
+    metadata.write_text(json.dumps(json.loads(metadata.read_text()) | changes))
+    with pytest.raises(DataError, match="array gyro_x has more than 1000000 chunks; write it with larger chunks"):
+        sigmatau.read(place)
+
+
+def test_damaged_metadata_is_an_error_without_tracebacks(tmp_path, caplog):
+    """asyncio logged a traceback for each further array, when its task was removed."""
+    place = by_axis(tmp_path / "log.zarr", numbers(), version=2)
+    for name in AXES:
+        (place / name / ".zattrs").write_bytes(b"{\xff")
+    with pytest.raises(DataError, match="is a damaged Zarr store"):
+        sigmatau.read(place)
+    time.sleep(0.2)  # the other tasks of the library end
+    gc.collect()
+    assert caplog.text == ""
+
+
 class Payload:
     """Would run a program where it is unpickled."""
 
@@ -249,3 +274,19 @@ def test_codecs_that_run_programs_are_refused(tmp_path, version, changes):
     with pytest.raises(DataError):
         sigmatau.read(place).stream_of("gyro_x").column("gyro_x")
     assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize(("kind", "version"), [("by axis", 2), ("by axis", 3), ("sharded counts", 3)])
+def test_mutants(tmp_path, kind, version):
+    """Each file of the store in turn: metadata and chunks."""
+    place = KINDS[kind](tmp_path / "log.zarr", numbers(), version=version)
+    files = sorted(path for path in place.rglob("*") if path.is_file())
+    chosen = [path for path in files if not path.name.isdigit()] + [path for path in files if path.name.isdigit()][:4]
+    good = 0
+    for path in chosen:
+        raw = path.read_bytes()
+        good += survives(
+            f"zarr {kind} {version} {path.relative_to(place)}", raw, path, 100 / len(chosen) + 1, place=place
+        )
+        path.write_bytes(raw)
+    assert good > 0

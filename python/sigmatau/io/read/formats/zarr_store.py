@@ -33,6 +33,7 @@ from sigmatau.record.on_disk import StoredRows
 _RATES = ("rate", "rate_hz", "sample_rate", "sampling_rate", "sample_rate_hz", "fs")
 _UNITS = ("unit", "units")
 _MAX_ARRAYS = 10_000  # largest number of arrays of a store; a log has far fewer
+_MAX_CHUNKS = 1_000_000  # largest number of stored files of an array; one of 10¹² samples has some 30 000
 _BLOCK_BYTES = 1 << 20  # smallest size of a read: a call of the library takes half a millisecond [bytes]
 _KEPT_BLOCKS = 4  # number of decoded blocks of an array in memory: parallel readers read different blocks
 _KEPT_BYTES = 1 << 25  # largest memory of these blocks, if there are several [bytes]
@@ -47,6 +48,7 @@ def read(place: str) -> tuple[Table, ...]:
         If it is not a Zarr store, is damaged, or a library is missing.
     """
     zarr = need("zarr", "cluster", "a Zarr store")
+    _silence_tasks()
     with library_faults(_damaged):
         try:
             root = zarr.open(_store(place), mode="r")
@@ -59,6 +61,13 @@ def read(place: str) -> tuple[Table, ...]:
     if not leaves:
         raise DataError("has no array of numbers of shape (n,) or (n, k)")
     return gather(leaves, kind="zarr", root="/", separator="/", findings=findings)
+
+
+def _silence_tasks() -> None:
+    """The library reads in parallel and raises the first error; asyncio would print a traceback of each further one."""
+    from zarr.core.sync import _get_loop
+
+    _get_loop().set_exception_handler(lambda loop, context: None)
 
 
 def _store(place: str) -> Any:  # noqa: ANN401  zarr is optional
@@ -171,9 +180,11 @@ def _missing_chunks(array: Any) -> tuple[Finding, ...]:  # noqa: ANN401
     stored = sync(_keys(store, f"{prefix}/" if prefix else ""))
     sizes = getattr(array, "shards", None) or array.chunks
     grid = [range(-(-n // size)) for n, size in zip(array.shape, sizes, strict=True)]
+    total = math.prod(map(len, grid))
+    if total > _MAX_CHUNKS:
+        raise DataError(f"array {array.path} has more than {_MAX_CHUNKS} chunks; write it with larger chunks")
     names = ((place, array.metadata.encode_chunk_key(place)) for place in itertools.product(*grid))
     lost = [place for place, name in names if (f"{prefix}/{name}" if prefix else name) not in stored]
-    total = math.prod(map(len, grid))
     if not lost:
         return ()
     name = array.path or "the array"

@@ -46,6 +46,7 @@ for _column in (_COUNTS, _POINTS):
     _column.setflags(write=False)
 
 _MAX_SAMPLES = 2**53  # largest integer below which all integers are exact in a float
+_LARGEST_DEVIATION = 1e150  # its square is a double
 
 
 def read_analysis(source: str | bytes | Path) -> Analysis:
@@ -271,6 +272,8 @@ def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> Devi
         raise WrongValueError("curve: its columns have several lengths")
     if not (np.isfinite(tau) & (tau > 0)).all():
         raise WrongValueError("curve: tau_s has a time that is not positive")
+    if (form.adev > _LARGEST_DEVIATION).any():
+        raise WrongValueError(f"curve: adev has a value beyond {_LARGEST_DEVIATION:g}")
     return _build(
         DeviationCurve,
         form,

@@ -27,6 +27,7 @@ from sigmatau.units import find
 _MIN_FREQUENCIES = 10  # smallest number of frequencies
 _STEPS = 100  # largest number of steps of the reweighted least squares
 _CONVERGED = 1e-9  # tolerance of −2 ln L
+_LARGEST_RANGE = 60  # largest range of densities and of frequencies [decades]
 _HALVINGS = 40  # largest number of halvings of a step, and of steps towards an end of an interval
 _ROOT_TOLERANCE = 1e-6  # tolerance of the root of the rise of −2 ln L, and relative width of the bracket
 _MISFIT = 0.01
@@ -194,6 +195,9 @@ def fit_psd(
     if len(f) < _MIN_FREQUENCIES or not (measured > 0).all():
         positive = np.count_nonzero(measured > 0)
         raise DataError(f"`density` must have {_MIN_FREQUENCIES} or more values above 0; it has {positive}")
+    for name, column in (("density", measured), ("frequency", f)):
+        if np.ptp(np.log10(column)) > _LARGEST_RANGE:  # squares of the fit would not be doubles
+            raise DataError(f"`{name}` has values from {column.min():g} to {column.max():g}; leave out the wrong ones")
     weights = _freedom(dof, f)
     check_nyquist(float(f[-1]), tau0)
     names = [name for name in NOISE if name in wanted_terms(terms) and (tau0 is not None or name != "quantization")]

@@ -49,7 +49,7 @@ class Pieces:
         power = _diagonal(density)
         law = (power[:-1] > 0) & (power[1:] > 0) & (between == "power law")
         with np.errstate(divide="ignore", invalid="ignore"):
-            rise = np.abs(np.where(law, np.log(power[1:] / power[:-1]), 0.0))
+            rise = np.abs(np.where(law, np.diff(np.log(power), axis=0), 0.0))  # the ratio may overflow
         steps = np.log2(frequency[1:] / frequency[:-1])
         counts = np.maximum(np.ceil(np.maximum(steps, rise.max(axis=-1) / _LARGEST_STEP) - 1e-9), 1).astype(int)
         interval = np.repeat(np.arange(len(counts)), counts)

@@ -14,6 +14,7 @@ from sigmatau.errors import DataError
 from sigmatau.model.density_pieces import Between, Pieces
 from sigmatau.model.transform import Density, integrate_density
 
+_LARGEST_DENSITY = 1e250  # its integrals are doubles [unit²/Hz]
 _HERMITIAN = 1e-9  # largest relative difference of two elements that counts as rounding
 
 
@@ -139,6 +140,11 @@ def check_density(values: NDArray[Any], f: Floats) -> None:
     if len(wrong):
         raise DataError(
             f"`density` is not finite at index {wrong[0]} ({f[wrong[0]]:g} Hz); leave out these frequencies"
+        )
+    wrong = np.flatnonzero((np.abs(flat) > _LARGEST_DENSITY).any(axis=1))
+    if len(wrong):
+        raise DataError(
+            f"`density` is beyond {_LARGEST_DENSITY:g} at index {wrong[0]} ({f[wrong[0]]:g} Hz); leave out these frequencies"
         )
     if values.ndim == 1:
         if np.iscomplexobj(values) and values.imag.any():

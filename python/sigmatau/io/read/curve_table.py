@@ -91,7 +91,9 @@ def read_curve_table(
             name = key or sensor
             if _SENSORS.get(stream_name(name), quantity) != quantity:
                 raise OptionError(f"{Hint('columns')}: {name} is not a sensor of {rate_unit}", option="columns")
-            avar = numbers * factor**2 if is_squared else (numbers * factor) ** 2
+            with np.errstate(over="ignore", under="ignore"):
+                avar = numbers * factor**2 if is_squared else (numbers * factor) ** 2
+            _check(table, avar, f"the variance of {bare_name(column.name) or key}")
             curves[name] = TableCurve(unit=rate_unit, quantity=quantity, avar=avar)
     return sizes, curves
 
@@ -143,7 +145,7 @@ def _channel(name: str) -> str:
 
 def _sizes(table: Table, tau: Floats, rate: float, samples: int) -> Sizes:
     """Cluster sizes. Raises `DataError`, with the row, for a time that a curve of the record cannot have."""
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):  # a time beyond all records
         m = np.round(tau * rate)
         wrong = (
             (~np.isfinite(tau) | (tau <= 0), "the averaging time is not a positive number. Remove this row"),

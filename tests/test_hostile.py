@@ -338,3 +338,25 @@ def test_signalling_nans_are_missing_numbers(tmp_path, capsys, name):
     np.savez(tmp_path / "log.npz", **columns)
     assert main([name, str(tmp_path / "log.npz"), "--rate", "100", "--unit", "gyro=rad/s,accel=g"]) == 0
     assert not re.search(r"\bnan\b", capsys.readouterr().out)
+
+
+def test_a_subinterpreter_analyses():
+    """The numbers of the main interpreter, which must not have NumPy: NumPy starts once in a process."""
+    code = """
+import numpy as np, sigmatau as st
+rates = 1e-3 * np.random.default_rng(1).standard_normal(5000)
+print(st.analyze(st.Record.from_arrays(rate=100, gyro_x=rates)).to_json(), flush=True)
+"""
+    sub = f"""
+try:
+    import _interpreters as interpreters
+except ImportError:
+    import _xxsubinterpreters as interpreters
+interpreters.run_string(interpreters.create(), {code!r})
+"""
+    results = []
+    for program in (code, sub):
+        command = [sys.executable, "-W", "ignore", "-c", program]
+        results.append(subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout)
+    assert results[0] == results[1]
+    assert json.loads(results[0])["channels"]["gyro_x"]["fit"]["verdict"] == "adequate"

@@ -177,3 +177,23 @@ def test_deleted_run_leaves_nothing(place):
             connection.execute(tables.run.delete())
             for table in (tables.result, tables.channel, tables.coefficient, tables.finding):
                 assert connection.execute(select(func.count()).select_from(table)).scalar_one() == 0, table.name
+
+
+def test_a_clock_that_goes_backwards_does_not_choose_the_current_result(place, monkeypatch):
+    """The number of the revision decides, not the time at which a result was added."""
+    hours = iter([12, 3, 7])
+
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz=None):
+            return datetime(2026, 5, 4, next(hours), tzinfo=tz)
+
+    monkeypatch.setattr("sigmatau.lab.store.ingest.datetime", Clock)
+    with Store(place) as store:
+        for seed in range(3):
+            store.add([entry_of(result(seed, log="same"), unit="A")])
+        runs = store.runs(Chosen(history=True)).columns()
+        added = dict(zip(runs["revision"], (store.content(key) for key in runs["id"]), strict=True))
+        assert sorted(added) == [1, 2, 3]
+        (current,) = store.runs().columns()["id"]
+        assert store.content(current) == added[3]

@@ -26,8 +26,11 @@ for target in ${TARGETS:-text sentences ulog dataflash mcap bag messages}; do
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$out/$target.log")
     printf '%-10s %12s inputs, %s\n' "$target" "${runs:-0}" "$verdict"
 done
-# The readers in Python and the libraries they use: ten times as many mutants as the tests read.
-SIGMATAU_MUTANTS=10 "$PY" -m pytest tests/io -k "mutat or mutant" --numprocesses "$(nproc)" --dist worksteal || failed=1
+# The readers in Python and the libraries they use, and files that are not logs: 25 times as many mutants as the tests read.
+SIGMATAU_MUTANTS=10 "$PY" -m pytest tests/io tests/cli/test_mutated_files.py -k "mutat or mutant" \
+    --numprocesses "$(nproc)" --dist worksteal || failed=1
+# Ends of processes at any time, 200 of each kind; what they left is printed.
+SIGMATAU_KILLS=200 "$PY" -m pytest --long tests/test_kills.py -rP || failed=1
 # Odd records through every command.
 SIGMATAU_ODD_RECORDS=3000 "$PY" -m pytest tests/test_odd_records.py --numprocesses "$(nproc)" --dist worksteal || failed=1
 exit "$failed"

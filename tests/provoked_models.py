@@ -91,6 +91,14 @@ PROVOKED = {
             lambda: st.Choices(noise_factor=0.0),
         )
     },
+    "Matern": {
+        st.DataError: (
+            lambda: st.Matern(sigma=-1.0, time=1.0, smoothness=0.3),
+            lambda: st.Matern(sigma=1.0, time=1.0, smoothness=0.6),
+        )
+    },
+    "NoiseModel.expand_matern": {st.OptionError: (lambda: MODEL.expand_matern(rate=0.0),)},
+    "ChannelModel.expand_matern": {st.OptionError: (lambda: ONE.expand_matern(rate=0.0),)},
     "GaussMarkov": {
         st.DataError: (lambda: st.GaussMarkov(sigma=-1.0, time=1.0), lambda: st.GaussMarkov(sigma=1.0, time=0.0))
     },

@@ -30,7 +30,7 @@ def keys_of(table):
 
 ROWS = [[cell.strip() for cell in row.strip("|").split("|")] for row in PAGE.splitlines() if row.startswith("| `")]
 LISTED = [row[0].strip("`") for row in ROWS]
-PARTS = {"sigma", "time", "amplitude", "frequency", "width", "order", "corner", "rate"}
+PARTS = {"sigma", "time", "amplitude", "frequency", "width", "order", "corner", "rate", "smoothness"}
 
 
 def test_the_file_has_every_key_and_the_table_lists_it():

@@ -87,7 +87,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Noise models",
         "What a sensor's noise is expected to be at any averaging time and frequency.",
-        ("NoiseModel", "ChannelModel", "GaussMarkov", "Resonance", "Sinusoid", "LowPass", "TurnOn"),
+        ("NoiseModel", "ChannelModel", "GaussMarkov", "Matern", "Resonance", "Sinusoid", "LowPass", "TurnOn"),
     ),
     ("Simulate", "Records with known noise.", ("simulate", "simulate_to", "Imperfections")),
     (

@@ -47,6 +47,7 @@ from .lab.temperature.matrix import TemperatureMatrix, temperature_matrix
 from .lab.temperature.over_runs import TemperatureRun, calibrate_over_runs
 from .lab.temperature.result import TemperatureCalibration
 from .model.channel import ChannelModel
+from .model.matern import Matern
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from .model.psd_avar import AvarFromPsd, avar_from_psd
@@ -96,6 +97,7 @@ __all__ = [
     "JointFit",
     "Lot",
     "LowPass",
+    "Matern",
     "NoiseFit",
     "NoiseIdentification",
     "NoiseIdentifications",

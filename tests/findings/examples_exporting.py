@@ -51,6 +51,7 @@ EXAMPLES = [
     Finding(severity="warning", channels=("accel_z",), details=kinds.NotAdequate()),
     Finding(severity="warning", channels=("gyro_x",), details=kinds.OnlyLimits()),
     Finding(severity="warning", channels=("accel_x", "accel_z"), details=kinds.PoorTrust()),
+    Finding(severity="info", channels=("gyro_x",), details=kinds.MaternAsProcesses(rate=100.0)),
     Finding(severity="info", details=kinds.FastestRate(rate=399.66, rates=(("gyro", 399.66), ("accel", 199.83)))),
     Finding(severity="info", details=kinds.WrittenForOtherRate(rate=200.0, record_rate=98.7654)),
     Finding(

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import sigmatau as st
-from sigmatau import ChannelModel, DataError, GaussMarkov, LowPass, NoiseModel, OptionError, Sinusoid
+from sigmatau import ChannelModel, DataError, GaussMarkov, LowPass, Matern, NoiseModel, OptionError, Sinusoid
 from sigmatau.noise.terms import TERMS
 
 positive = some.floats(1e-100, 1e100)
@@ -21,6 +21,13 @@ def channels(draw):
     return ChannelModel(
         terms=terms,
         gauss_markov=tuple(draw(some.lists(some.builds(GaussMarkov, sigma=positive, time=positive), max_size=2))),
+        matern=tuple(
+            draw(
+                some.lists(
+                    some.builds(Matern, sigma=positive, time=positive, smoothness=some.floats(0.02, 0.5)), max_size=2
+                )
+            )
+        ),
         sinusoid=tuple(draw(some.lists(some.builds(Sinusoid, amplitude=positive, frequency=positive), max_size=2))),
         bandwidth=draw(some.none() | some.builds(LowPass, order=some.integers(1, 9), corner=some.floats(1e-9, 1e12)))
         if "random_walk" in terms

@@ -10,6 +10,7 @@ from known import seed_of
 from sigmatau import NoiseModel, allan, psd, simulate
 from sigmatau._native import generators, kernels
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.matern import Matern
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.noise import terms
 from sigmatau.simulation.rows import correlation_root
@@ -24,6 +25,9 @@ TERMS = {
     "bias instability": ChannelModel(terms={"bias_instability": 0.7}),
     "rate random walk": ChannelModel(terms={"rate_random_walk": 1e-4}),
     "Gauss-Markov": ChannelModel(gauss_markov=(GaussMarkov(sigma=1e-3, time=0.5), GaussMarkov(sigma=2e-3, time=0.02))),
+    "Matern": ChannelModel(
+        matern=(Matern(sigma=1e-3, time=0.5, smoothness=0.25), Matern(sigma=2e-3, time=20.0, smoothness=0.05))
+    ),
     **{
         f"bandwidth {order} at {corner:g} Hz": ChannelModel(
             terms={"random_walk": 0.005}, bandwidth=LowPass(order=order, corner=corner)

@@ -22,6 +22,7 @@ pub mod generate;
 pub mod gls;
 mod kernel;
 pub mod likelihood;
+pub mod matern;
 pub mod neighbours;
 mod parallel;
 pub mod phase;

@@ -39,7 +39,8 @@ mod _core {
     #[pymodule_export]
     use crate::channel_fit::{
         ChannelFit, Estimate, FilterEstimate, FittedModel, GaussMarkovEstimate, JointChannelFit,
-        LineEstimate, Parameter, ResonanceEstimate, RunEstimate, SecondModel, TermEstimate, WarmUpEstimate,
+        LineEstimate, Parameter, ResonanceEstimate, RunEstimate, SecondModel, TermEstimate,
+        WarmUpEstimate,
     };
     #[pymodule_export]
     use crate::covariance::covariance_tensors;
@@ -69,7 +70,9 @@ mod _core {
     #[pymodule_export]
     use crate::stream::{Accumulator, strides};
     #[pymodule_export]
-    use crate::terms::{band_limited_avar, band_limited_psd, gauss_markov_avar, gauss_markov_psd};
+    use crate::terms::{
+        band_limited_avar, band_limited_psd, gauss_markov_avar, gauss_markov_psd, matern_processes,
+    };
     #[pymodule_export]
     use crate::terms::{resonance_avar, resonance_folds, resonance_psd, sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]

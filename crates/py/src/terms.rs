@@ -5,6 +5,7 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sigmatau_core::bandlimited::{self, Filter};
+use sigmatau_core::matern;
 use sigmatau_core::psd;
 use sigmatau_core::resonance::Resonance;
 use sigmatau_core::terms::{self, Term};
@@ -133,6 +134,20 @@ fn order_of(shape: &str) -> Option<u8> {
         return Some(1);
     }
     shape.strip_prefix("butterworth")?.parse().ok().filter(|order| (1..10).contains(order))
+}
+
+/// The Matérn process of unit variance as a sum of Gauss-Markov processes: variances and correlation times in samples.
+#[pyfunction]
+#[allow(clippy::type_complexity)] // two columns
+pub fn matern_processes(
+    py: Python<'_>,
+    smoothness: f64,
+    time: f64,
+    step: f64,
+) -> (Bound<'_, PyArray1<f64>>, Bound<'_, PyArray1<f64>>) {
+    let (variances, times): (Vec<f64>, Vec<f64>) =
+        matern::processes(smoothness, time, step).into_iter().unzip();
+    (variances.into_pyarray(py), times.into_pyarray(py))
 }
 
 #[pyfunction]

@@ -240,6 +240,14 @@ def gauss_markov_avar(
     return _core.gauss_markov_avar(sigma, time, whole_sizes(m), tau0, averaged)
 
 
+def matern_processes(smoothness: float, time: float, step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The Matérn process of unit variance as a sum of Gauss-Markov processes: variances and correlation times in samples.
+
+    `time` is in samples too; the error of the sum is e^(−2π²/step).
+    """
+    return _core.matern_processes(smoothness, time, step)
+
+
 def sinusoid_avar(amplitude: float, frequency: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
     """Expected Allan variance of a sampled sinusoid of random phase."""
     return _core.sinusoid_avar(amplitude, frequency, whole_sizes(m), tau0)

@@ -153,13 +153,14 @@ def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], s
     ignored = {
         "sinusoid": bool(noise.sinusoid),
         "resonance": bool(noise.resonance),
+        "Matérn process": bool(noise.matern),
         "bandwidth": noise.bandwidth is not None,
         "Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }
     processes = () if ignored["Gauss-Markov processes"] else noise.gauss_markov
     counted: ChannelModel | Mapping[str, float] = {}
     if noise.terms or processes:
-        counted = replace(noise, gauss_markov=processes, resonance=(), sinusoid=(), bandwidth=None)
+        counted = replace(noise, gauss_markov=processes, matern=(), resonance=(), sinusoid=(), bandwidth=None)
     return counted, " and ".join(name for name, present in ignored.items() if present)
 
 

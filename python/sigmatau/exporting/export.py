@@ -23,6 +23,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.findings.exporting import (
     ChoiceWithoutPlace,
     FastestRate,
+    MaternAsProcesses,
     NotAdequate,
     OnlyLimits,
     PoorTrust,
@@ -104,6 +105,7 @@ def export(
     return prepared.content
 
 
+_RATE = 1000.0  # rate of the sum that is a Matérn process, if that of the filter is not stated [Hz]
 _SAME_RATE = 1e-3  # largest relative difference of rates that count as equal
 # Extensions of binary formats.
 _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
@@ -178,12 +180,19 @@ def prepare_placed(model: object, *, to: str, path: Path | None, placed: Placed)
     wanted = target(to)
     if path is not None:
         check_path(wanted, path)
-    content, findings = _written(wanted, make_source(model), placed.choices, path)
+    source = make_source(model)
+    expanded: tuple[Finding, ...] = ()
+    if wanted.name != "model" and (names := tuple(name for name, c in source.model.items() if c.matern)):
+        rate = placed.choices.filter_rate or _RATE
+        expanded = (Finding(severity="info", channels=names, details=MaternAsProcesses(rate=rate)),)
+        head = (*source.head, expanded[0].message)
+        source = replace(source, model=source.model.expand_matern(rate=rate), head=head)
+    content, findings = _written(wanted, source, placed.choices, path)
     omitted = (
         ChoiceWithoutPlace(target=wanted.name, option=each.option, key=each.key or "") for each in placed.unplaced
     )
     notes = (Finding(severity="info", details=details) for details in omitted)
-    return Prepared(to=to, path=path, content=content, findings=(*findings, *notes))
+    return Prepared(to=to, path=path, content=content, findings=(*expanded, *findings, *notes))
 
 
 _LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that may be missing in a log

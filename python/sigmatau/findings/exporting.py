@@ -328,6 +328,25 @@ class FastestRate(Details, code="fastest_rate"):
 
 
 @frozen
+class MaternAsProcesses(Details, code="matern_as_processes"):
+    """The file has a sum of Gauss-Markov processes in place of a Matérn process, which has no finite number of states.
+
+    Attributes
+    ----------
+    rate : float
+        Sampling rate of the sum. [Hz]
+    """
+
+    rate: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"a Matérn process is a sum of Gauss-Markov processes at {self.rate:.4g} Hz, to 0.01 % of its density",
+            f"Give {Hint('filter_rate', value='HZ')} if the filter takes samples at another rate",
+        )
+
+
+@frozen
 class WrittenForOtherRate(Details, code="other_rate"):
     """The file is for another sampling rate than that of the record.
 

@@ -9,6 +9,7 @@
     gauss_markov = [{ sigma = "5 deg/h", time = "300 s" }]
     alike_from = { sigma = "600 deg/h", time = "1800 s" }  # explains the rate random walk as well, as do slower ones
     alternatives = [{ random_walk = "0.3 deg/sqrt(h)", gauss_markov = [{ sigma = "9 deg/h", time = "80 s" }] }]  # or
+    matern = [{ sigma = "9 deg/h", time = "600 s", smoothness = 0.2 }]
     resonance = [{ sigma = "2 deg/h", frequency = "0.004 Hz", width = "0.001 Hz" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
     turn_on = { sigma = "0.2 deg/s" }          # spread between power-ups; with low, high, level and power_ups if measured
@@ -32,7 +33,8 @@ from sigmatau import units
 from sigmatau.digits import round_to_error, significant
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import PROCESSES, ChannelModel, alike_text
-from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
+from sigmatau.model.matern import Matern
+from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid, real
 from sigmatau.model.turn_on import TurnOn
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.record.record import stream_name
@@ -56,6 +58,7 @@ _UNITS_OF_PARTS = {
     "time": "s",
     "frequency": "Hz",
     "width": "Hz",
+    "smoothness": "",
 }  # units of the parts of a process; other parts have the unit of the rate
 _DENSITY_UNITS = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
 _OTHER_KEYS = (
@@ -150,7 +153,7 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
     return "\n\n".join(blocks) + "\n"
 
 
-def _written(process: GaussMarkov | Resonance | Sinusoid, unit: str) -> str:
+def _written(process: GaussMarkov | Matern | Resonance | Sinusoid, unit: str) -> str:
     """A process as a table: each part with its unit."""
     parts = ((part.name, getattr(process, part.name)) for part in fields(process))
     written = ", ".join(f"{name} = {_quoted(x, _UNITS_OF_PARTS.get(name, unit))}" for name, x in parts)
@@ -256,6 +259,7 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
     return ChannelModel(
         terms=terms,
         gauss_markov=tuple(_processes(table, "gauss_markov", unit)),
+        matern=tuple(_processes(table, "matern", unit)),
         resonance=tuple(_processes(table, "resonance", unit)),
         sinusoid=tuple(_processes(table, "sinusoid", unit)),
         alternatives=_alternatives(name, table),
@@ -299,13 +303,17 @@ def _processes(table: Mapping[str, Any], key: str, unit: str) -> Iterator[Any]:
     rows = [rows] if isinstance(rows, Mapping) else rows
     alone = key not in PROCESSES and isinstance(rows, list) and len(rows) > 1
     if alone or not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(units) for r in rows):
-        written = ", ".join(f'{part} = "1 {usual(si)}"' for part, si in units.items())
+        written = ", ".join(f'{part} = "1 {usual(si)}"' if si else f"{part} = 0.3" for part, si in units.items())
         form = f"is a list, {key} = [{{ {written} }}]" if key in PROCESSES else f"is {{ {written} }}"
         raise DataError(f"{key} {form}, not {table[key]!r}")
     return (kind(**{part: _part(key, row, part, si) for part, si in units.items()}) for row in rows)
 
 
 def _part(key: str, row: Mapping[str, Any], part: str, si: str) -> float:
+    if not si:
+        if math.isnan(number := real(row[part])):
+            raise DataError(f"{part} of {key} is a number without a unit, {part} = 0.3, not {row[part]!r}")
+        return number
     return _value(f"{part} of {key}", row[part], si, written=part)
 
 
@@ -372,6 +380,8 @@ def _key(name: str) -> str:
 
 
 def _quoted(value: float, unit: str) -> str:
+    if not unit:
+        return repr(value)
     return _escaped(f"{value!r} {unit}")
 
 

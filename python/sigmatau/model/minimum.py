@@ -13,6 +13,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.covariance import exponential_remainder
 from sigmatau.noise.terms import TERMS
 
+_RATE = 1e6  # sampling rate at which a Matérn process is a sum of processes [Hz]
 _TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none [log10 s]
 
 
@@ -40,7 +41,7 @@ def processes_avar(model: ChannelModel, tau: Floats, *, cancelled: bool = False)
     maxima of their ripple, or at the minima if they are `cancelled`: a sinusoid averages out over whole periods.
     """
     total = np.zeros_like(tau)
-    for process in model.gauss_markov:
+    for process in model.expand_matern(rate=_RATE).gauss_markov:
         at_each = (kernels.gauss_markov_avar(process.sigma, process.time, 1, t, averaged=True)[0] for t in tau.flat)
         total += np.fromiter(at_each, dtype=np.float64).reshape(tau.shape)
     for resonance in model.resonance:

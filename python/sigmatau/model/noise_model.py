@@ -230,6 +230,26 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
             channels={n: self.channels[n] for n in names}, correlation={t: p for t, p in pairs_inside.items() if p}
         )
 
+    def expand_matern(self, *, rate: float) -> NoiseModel:
+        """The model with Gauss-Markov processes in place of Matérn processes, see `ChannelModel.expand_matern`.
+
+        Parameters
+        ----------
+        rate : float
+            Sampling rate of the samples or of the filter. [Hz]
+
+        Returns
+        -------
+        NoiseModel
+
+        Raises
+        ------
+        OptionError
+            For a rate that is not positive.
+        """
+        channels = {name: channel.expand_matern(rate=rate) for name, channel in self.channels.items()}
+        return replace(self, channels=channels)
+
     def with_turn_on(self, spreads: Mapping[str, TurnOn]) -> NoiseModel:
         """The model with the turn-on bias of some channels, for exports that have a field for it.
 

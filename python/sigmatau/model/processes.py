@@ -1,4 +1,4 @@
-"""Processes of a noise model besides the five terms: Gauss-Markov processes, resonances, sinusoids, and the bandwidth."""
+"""Processes of a noise model besides the five terms, and the bandwidth."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ class GaussMarkov:
     time: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sigma", _positive("the standard deviation of a Gauss-Markov process", self.sigma))
-        object.__setattr__(self, "time", _positive("the correlation time of a Gauss-Markov process", self.time))
+        object.__setattr__(self, "sigma", positive("the standard deviation of a Gauss-Markov process", self.sigma))
+        object.__setattr__(self, "time", positive("the correlation time of a Gauss-Markov process", self.time))
 
 
 @frozen
@@ -100,7 +100,7 @@ class Resonance:
     def __post_init__(self) -> None:
         for name in ("sigma", "frequency", "width"):
             what = "standard deviation" if name == "sigma" else name
-            object.__setattr__(self, name, _positive(f"the {what} of a resonance", getattr(self, name)))
+            object.__setattr__(self, name, positive(f"the {what} of a resonance", getattr(self, name)))
         if not self.width < self.frequency:
             raise DataError(f"the half width of a resonance must be less than its frequency, not {self.width!r} Hz")
 
@@ -150,8 +150,8 @@ class Sinusoid:
     frequency: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "amplitude", _positive("the amplitude of a sinusoid", self.amplitude))
-        object.__setattr__(self, "frequency", _positive("the frequency of a sinusoid", self.frequency))
+        object.__setattr__(self, "amplitude", positive("the amplitude of a sinusoid", self.amplitude))
+        object.__setattr__(self, "frequency", positive("the frequency of a sinusoid", self.frequency))
 
 
 @frozen
@@ -200,14 +200,14 @@ class LowPass:
         if isinstance(self.order, bool) or self.order not in range(1, HIGHEST_ORDER + 1):
             raise DataError(f"the order of a bandwidth must be 1 to {HIGHEST_ORDER}, not {self.order!r}")
         object.__setattr__(self, "order", int(self.order))
-        object.__setattr__(self, "corner", _positive("the corner of a bandwidth", self.corner))
+        object.__setattr__(self, "corner", positive("the corner of a bandwidth", self.corner))
         if not _CORNERS[0] <= self.corner <= _CORNERS[1]:
             raise DataError(
                 f"the corner of a bandwidth must be from {_CORNERS[0]:g} to {_CORNERS[1]:g} Hz, not {self.corner:g}; without"
                 " a filter, leave the bandwidth out"
             )
         if self.rate is not None:
-            object.__setattr__(self, "rate", _positive("the rate of a bandwidth", self.rate))
+            object.__setattr__(self, "rate", positive("the rate of a bandwidth", self.rate))
 
     def before_sampling(self, random_walk: float) -> float:
         """The random walk in front of the sampler.
@@ -280,7 +280,8 @@ def as_processes(what: str, kind: type, values: object) -> tuple[Any, ...]:
     return many
 
 
-def _positive(what: str, value: object) -> float:
+def positive(what: str, value: object) -> float:
+    """A number in the range of any parameter of a model; `DataError` for anything else."""
     number = real(value)
     if not (math.isfinite(number) and number > 0):
         raise DataError(f"{what} must be a positive number, not {value!r}")

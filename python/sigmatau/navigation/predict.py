@@ -118,6 +118,7 @@ def predict(
         flicker_error=flicker_error,
         level=level,
     )
+    model = model.expand_matern(rate=check_sampling_rate(rate))
     made = predicted(model)
     for explanation in _other_explanations(model):
         also = predicted(explanation)

@@ -249,6 +249,9 @@ def make_noise(
     number = stream_number(channel)
     for k, process in enumerate(noise.gauss_markov):
         made.add_gauss_markov(process.sigma, process.time, index=k, channel=number)
+    for k, process in enumerate(noise.matern):
+        for j, part in enumerate(process.gauss_markov(tau0)):
+            made.add_gauss_markov(part.sigma, part.time, index=j, channel=stream_number(f"{channel} matern {k}"))
     for k, resonance in enumerate(noise.resonance):
         alone = ChannelModel(resonance=(replace(resonance, sigma=1.0),))
         _add_system(made, resonance.sigma, alone, tau0, channel=stream_number(f"{channel} resonance {k}"))

@@ -253,7 +253,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     """
     check_channel_model(model, function="arma")
     refuse_without_system(model.terms)
-    check_sample_interval("dt", dt)
+    model = model.expand_matern(rate=1 / check_sample_interval("dt", dt))
     if model.sinusoid:
         raise DataError("a sinusoid is not an ARMA process: leave it out of the model, or take its state space")
     terms = model.terms

@@ -46,6 +46,7 @@ def covariance_of_model(
     """Covariance of the Allan variances if the model is true; shape (n_tau, n_tau). `together`: sizes whose mutual
     covariances include filtered noise and resonances. Default: all.
     """
+    model = model.expand_matern(rate=1 / tau0)
     times = [process.time for process in model.gauss_markov]
     noise, ramp = kernels.covariance_tensors(n, m, tau0, correlation_times=times)
     theta = np.array(

@@ -253,7 +253,7 @@ def state_space(
     Notes
     -----
     The rate random walk is sampled, b' = b + K·√dt·w; a ramp is a slope of variance R². All terms except flicker noise are
-    exact at `dt`.
+    exact at `dt`, but a Matérn process is a sum of Gauss-Markov processes, see `ChannelModel.expand_matern`.
 
     References
     ----------
@@ -271,7 +271,7 @@ def state_space(
     refuse_without_system(model.terms)
     not_observed = find_unobserved(model)
     model = include_unobserved(model, unobserved)
-    check_sample_interval("dt", dt)
+    model = model.expand_matern(rate=1 / check_sample_interval("dt", dt))
     if output not in ("rate", "increments", "integrated"):
         raise OptionError(f"{{option}} must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
     if not (math.isfinite(real(turn_on)) and turn_on >= 0):

@@ -15,10 +15,12 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.fitting.components import power_of_interval
 from sigmatau.noise.terms import NOISE
+from studies.gmwm import gmwm
 from studies.mixtures import GRADES, crb
 from studies.runner import run
 
 RECORDS = 400
+GMWM_RECORDS = 96
 PARTS = 8
 WELL = 0.15
 """Relative standard deviation, by the theory of the estimator, below which a cell is well determined."""
@@ -30,6 +32,7 @@ METHODS = (
     "likelihood, as analyze does it",
     "GLS, terms known",
     "wavelet moments",
+    "GMWM, full weights",
     "diagonal weights",
     "unweighted log fit",
     "read off",
@@ -63,19 +66,39 @@ def cell(seed: int, name: str) -> list[dict[str, dict[str, float]]]:
     return results
 
 
+def gmwm_cell(seed: int, name: str) -> list[dict[str, float]]:
+    """Coefficients of other records of the same mixture by the generalised method of wavelet moments."""
+    mixture = GRADES[name]
+    model = st.NoiseModel(channels={mixture.channel: mixture.truth})
+    rng = np.random.default_rng(seed)
+    results = []
+    for _ in range(GMWM_RECORDS // PARTS):
+        record = st.simulate(model, duration=mixture.n / mixture.rate, rate=mixture.rate, rng=rng)
+        samples = record.stream_of(mixture.channel).column(mixture.channel)
+        results.append(gmwm(samples, list(mixture.truth), 1 / mixture.rate))
+    return results
+
+
 def main() -> None:
     """Run the study and write docs/study/efficiency.md."""
     settings = repr((RECORDS, GRADES, GRIDS))
     cells = {f"{name} {k}": (cell, (name,)) for name in GRADES for k in range(PARTS)}
     results = run("efficiency", cells, settings=settings)
-    lines = [_HEAD.format(records=RECORDS, well=100 * WELL)]
+    moments = run(
+        "efficiency-gmwm",
+        {f"gmwm {name} {k}": (gmwm_cell, (name,)) for name in GRADES for k in range(PARTS)},
+        settings=repr((GMWM_RECORDS, GRADES)),
+    )
+    lines = [_HEAD.format(records=RECORDS, gmwm_records=GMWM_RECORDS, well=100 * WELL)]
     failures = []
     for name, mixture in GRADES.items():
         records = [record for k in range(PARTS) for record in results[f"{name} {k}"]]
+        by_moments = [record for k in range(PARTS) for record in moments[f"gmwm {name} {k}"]]
         bound, theory = _theory(name)
         for k, (term, truth) in enumerate(mixture.truth.items()):
             for method in METHODS:
-                values = np.array([r[method][term] for r in records if term in r[method]]) / truth
+                found = by_moments if method == "GMWM, full weights" else [record[method] for record in records]
+                values = np.array([record[term] for record in found if term in record]) / truth
                 row, failed = _row(name, term, method, values, bound[k], theory[k])
                 lines.append(row)
                 failures += failed
@@ -87,7 +110,7 @@ def _row(name: str, term: str, method: str, values: Floats, bound: float, theory
     if len(values) < 2:
         return f"| {name} | {term} | {method} | {len(values)} | | | | | |", []
     bias, sd = values.mean() - 1, values.std(ddof=1)
-    share = 100 * len(values) / RECORDS
+    share = 100 * len(values) / (GMWM_RECORDS if method == "GMWM, full weights" else RECORDS)
     failed = []
     terms_known = method == "GLS, terms known"
     if terms_known and theory < WELL:
@@ -207,7 +230,9 @@ deviation (plus 3 standard errors), and the efficiency must be at least 70 %.
 - "GLS, terms known": least squares on the Allan variances with their covariance, all averaging times.
 - "wavelet moments": variances of octave averaging times (twice those of Haar wavelets), each weighted by its inverse
   variance, as the generalized method of wavelet moments does ([10.1080/01621459.2013.799920](https://doi.org/10.1080/01621459.2013.799920)).
-- "diagonal weights": the same with the averaging times of `analyze`.
+- "GMWM, full weights": the same with the inverse of the full covariance, written apart from the package
+  (studies/gmwm.py); {gmwm_records} other records.
+- "diagonal weights": "wavelet moments" with the averaging times of `analyze`.
 - "unweighted log fit": least squares on log σ, each averaging time the same weight.
 - The gates apply to the rows "GLS, terms known", and the efficiency also to "likelihood, terms known". Efficiencies above
   100 % are due to the scatter of {records} records, to the bound at zero or, for terms observed in a part of them, to the

@@ -171,6 +171,9 @@ PROVOKED = {
             lambda: st.fit(curve(), tau_min=50.0),
         ),
     },
+    "sigmatau.fitting.fitted_matern.FittedMatern.to_process": {
+        st.DataError: (lambda: fitted(processes="matern").matern.to_process(),)
+    },
     "fit_channel": {
         st.OptionError: (
             lambda: fitted(method="eye"),

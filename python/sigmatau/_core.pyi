@@ -23,6 +23,7 @@ __all__ = [
     "LikelihoodPass",
     "LikelihoodSummary",
     "LineEstimate",
+    "MaternEstimate",
     "NonFinite",
     "Parameter",
     "ResonanceEstimate",
@@ -192,6 +193,39 @@ class WarmUpEstimate:
     def time(self) -> float: ...
 
 @final
+class MaternEstimate:
+    def __new__(
+        cls,
+        observed: bool,
+        sigma: Estimate,
+        upper_limit: float | None,
+        time: Estimate,
+        smoothness: Estimate,
+        terms: list[tuple[str, float]],
+        gauss_markov: float,
+        gain: float,
+        p_value: float,
+    ) -> Self: ...
+    @property
+    def observed(self) -> bool: ...
+    @property
+    def sigma(self) -> Estimate: ...
+    @property
+    def upper_limit(self) -> float | None: ...
+    @property
+    def time(self) -> Estimate: ...
+    @property
+    def smoothness(self) -> Estimate: ...
+    @property
+    def terms(self) -> list[tuple[str, float]]: ...
+    @property
+    def gauss_markov(self) -> float: ...
+    @property
+    def gain(self) -> float: ...
+    @property
+    def p_value(self) -> float: ...
+
+@final
 class FilterEstimate:
     def __new__(
         cls,
@@ -283,6 +317,7 @@ class ChannelFit:
         highest: float | None,
         alike_from: float | None,
         alike_sigma: float | None,
+        matern: MaternEstimate | None,
         second: list[SecondModel],
         discrepancy: list[tuple[float, float]],
         verdict: _Verdict,
@@ -320,6 +355,8 @@ class ChannelFit:
     def alike_from(self) -> float | None: ...
     @property
     def alike_sigma(self) -> float | None: ...
+    @property
+    def matern(self) -> MaternEstimate | None: ...
     @property
     def second(self) -> list[SecondModel]: ...
     @property
@@ -430,6 +467,7 @@ class LikelihoodSummary:
         lines: bool = True,
         drifts: bool = True,
         times: Sequence[float] = ...,
+        matern: bool = False,
         regressors: Sequence[_Floats] = ...,
         level: float = 0.95,
         most_quantization: float = ...,

@@ -15,6 +15,7 @@ from sigmatau import Analysis, DataError, analyze
 from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.reasons import Misfit, StatedReason, UnmodelledBand
 from sigmatau.fitting.adjustment import Adjustment, Change, Ends
+from sigmatau.fitting.fitted_matern import FittedMatern
 from sigmatau.fitting.fitted_values import (
     FittedGaussMarkov,
     FittedResonance,
@@ -130,6 +131,17 @@ FULL = NoiseFit(
         high=13.0,
         low_pass=LowPass(order=2, corner=12.1, rate=50.0),
         known_to=20.0,
+    ),
+    matern=FittedMatern(
+        observed=True,
+        sigma=interval(1e-4),
+        upper_limit=2e-4,
+        time=interval(30.0),
+        smoothness=interval(0.3),
+        terms={"random_walk": 1e-5},
+        gauss_markov_p_value=0.02,
+        gain=3.0,
+        p_value=0.4,
     ),
     warm_up=FittedWarmUp(amplitude=interval(1e-4), time=300.0),
     regressors={"temperature": interval(1e-6)},

@@ -126,7 +126,7 @@ def test_systems_and_files_have_the_sum():
     choices = st.Choices(filter_rate=100)
     made, alike = (prepare(each, to="ieee952", choices=choices) for each in (model, expanded))
     (stated,) = [line for line in made.content.splitlines() if "sum of" in line]
-    assert "Matérn process is a sum of Gauss-Markov processes at 100 Hz" in stated
+    assert "Matern process is a sum of Gauss-Markov processes at 100 Hz" in stated
     assert [line for line in made.content.splitlines() if line != stated] == alike.content.splitlines()
     assert [finding.code for finding in made.findings if finding.channels] == ["matern_as_processes"]
     assert st.export(model, to="state-space", choices=choices) == st.export(expanded, to="state-space", choices=choices)

@@ -32,6 +32,7 @@ mod line_ranges;
 pub(crate) mod linear;
 mod lines;
 mod masked;
+mod matern_process;
 mod model;
 mod model_freedom;
 mod modes;
@@ -52,7 +53,7 @@ mod summary;
 mod taper;
 mod white_levels;
 
-pub use channel_fit::{ChannelFit, SecondModel, Verdict, WarmUpEstimate, fit_channel};
+pub use channel_fit::{ChannelFit, MaternEstimate, SecondModel, Verdict, WarmUpEstimate, fit_channel};
 pub use estimates::{Estimate, TermEstimate};
 pub use filter::{FilterShape, FittedFilter};
 pub use fitted_model::FittedModel;

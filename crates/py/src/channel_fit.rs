@@ -89,6 +89,30 @@ frozen_class! {
 }
 
 frozen_class! {
+    /// A model with one Matérn process in place of all slow noise.
+    MaternEstimate from core::MaternEstimate {
+        /// Whether the record shows the process.
+        observed: bool,
+        /// Standard deviation. [rate unit]
+        sigma: Estimate,
+        /// Upper limit of the standard deviation; None if the record sets no limit. [rate unit]
+        upper_limit: Option<f64>,
+        /// Correlation time, from 20 samples to a quarter of the record. [s]
+        time: Estimate,
+        /// Smoothness ν, from 0.02 to 1/2.
+        smoothness: Estimate,
+        /// Coefficients of the terms beside the process, by name. [SI]
+        terms: Vec<(String, f64)>,
+        /// P-value of the Gauss-Markov process, ν = 1/2.
+        gauss_markov: f64,
+        /// Akaike's criterion of the fit minus that of this model.
+        gain: f64,
+        /// P-value of the goodness of fit.
+        p_value: f64,
+    }
+}
+
+frozen_class! {
     /// A filter of all noise except quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
     FilterEstimate {
         /// a₁, a₂ …
@@ -177,6 +201,8 @@ frozen_class! {
         alike_from: Option<f64>,
         /// Standard deviation of the process of this time, None if the model has no rate random walk. [rate unit]
         alike_sigma: Option<f64>,
+        /// The model with one Matérn process, if it is wanted.
+        matern: Option<MaternEstimate>,
         /// Other models that explain the record as well.
         second: Vec<SecondModel>,
         /// Discrepancy that the intervals allow for, even if the model is adequate: frequency [Hz], standard deviation of

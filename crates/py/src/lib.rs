@@ -39,7 +39,7 @@ mod _core {
     #[pymodule_export]
     use crate::channel_fit::{
         ChannelFit, Estimate, FilterEstimate, FittedModel, GaussMarkovEstimate, JointChannelFit,
-        LineEstimate, Parameter, ResonanceEstimate, RunEstimate, SecondModel, TermEstimate,
+        LineEstimate, MaternEstimate, Parameter, ResonanceEstimate, RunEstimate, SecondModel, TermEstimate,
         WarmUpEstimate,
     };
     #[pymodule_export]

@@ -132,7 +132,7 @@ impl LikelihoodSummary {
     #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // one argument per option
     #[pyo3(signature = (
         *, samples=None, terms=None, filter=true, processes=true, resonances=true, lines=true, drifts=true,
-        times=Vec::new(), regressors=Vec::new(), level=0.95, most_quantization=f64::INFINITY
+        times=Vec::new(), matern=false, regressors=Vec::new(), level=0.95, most_quantization=f64::INFINITY
     ))]
     fn fit<'py>(
         &self,
@@ -145,6 +145,7 @@ impl LikelihoodSummary {
         lines: bool,
         drifts: bool,
         times: Vec<f64>,
+        matern: bool,
         regressors: Vec<PyReadonlyArray1<'py, f64>>,
         level: f64,
         most_quantization: f64,
@@ -159,6 +160,7 @@ impl LikelihoodSummary {
             lines,
             drifts,
             times,
+            matern,
             regressors,
             level,
             most_quantization,

@@ -18,6 +18,7 @@ from sigmatau._core import GaussMarkovEstimate as GaussMarkovEstimate
 from sigmatau._core import JointChannelFit as JointChannelFit
 from sigmatau._core import LikelihoodSummary as LikelihoodSummary
 from sigmatau._core import LineEstimate as LineEstimate
+from sigmatau._core import MaternEstimate as MaternEstimate
 from sigmatau._core import Parameter as Parameter
 from sigmatau._core import ResonanceEstimate as ResonanceEstimate
 from sigmatau._core import TermEstimate as TermEstimate

@@ -14,6 +14,7 @@ from sigmatau.findings.finding import Span
 from sigmatau.findings.reasons import Reason
 from sigmatau.findings.rest import Motion
 from sigmatau.fitting.adjustment import Adjustment, Verdict
+from sigmatau.fitting.fitted_matern import FittedMatern
 from sigmatau.fitting.fitted_noise import Trust
 from sigmatau.fitting.fitted_values import FittedGaussMarkov, FittedResonance, FittedSinusoid, Interval, SecondModel
 from sigmatau.fitting.read_off import Source as RangeSource
@@ -211,6 +212,7 @@ class FitForm:
         " deviation and correlation time of each Gauss-Markov process",
         default=(),
     )
+    matern: FittedMatern | None = key("a model with one Matérn process in place of all slow noise", default=None)
     discrepancy: tuple[tuple[float, float], ...] = key(
         "discrepancy that widened intervals allow for: frequency in Hz, standard deviation of the logarithm of the density",
         default=(),

@@ -49,7 +49,7 @@ def fit_channel(
     curve: DeviationCurve | None = None,
     tau_min: float | None = None,
     terms: Sequence[str] | None = None,
-    processes: Sequence[float] | None = None,
+    processes: Sequence[float] | Literal["matern"] | None = None,
     regressors: Mapping[str, ArrayLike] | None = None,
     level: float = 0.95,
     step: float | None = None,
@@ -72,9 +72,10 @@ def fit_channel(
         Shortest averaging time of least squares, see `sigmatau.fit`. [s]
     terms : sequence of str, optional
         Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
-    processes : sequence of float, optional
+    processes : sequence of float or "matern", optional
         Correlation times at which to start Gauss-Markov processes, at most 8; no other process or resonance is then
-        added. [s]
+        added. [s] With "matern", a model with one Matérn process in place of all slow noise is fitted too, with a test of
+        the Gauss-Markov process: `NoiseFit.matern`.
     regressors : mapping of str to array_like, shape (n,), optional
         Regressors for the mean, one value per sample, at most 20, by name: a supply voltage, another thermometer. [any
         unit]
@@ -142,7 +143,7 @@ def by_likelihood(
     channel: str,
     *,
     terms: Sequence[str] | None = None,
-    processes: Sequence[float] | None = None,
+    processes: Sequence[float] | Literal["matern"] | None = None,
     regressors: Mapping[str, ArrayLike] | None = None,
     level: float = 0.95,
     step: float | None = None,

@@ -13,6 +13,7 @@ from sigmatau._native.arguments import whole_sizes
 from sigmatau._native.likelihood import FittedModel
 from sigmatau.findings.reasons import Reason
 from sigmatau.fitting.adjustment import Adjustment, Verdict
+from sigmatau.fitting.fitted_matern import FittedMatern
 from sigmatau.fitting.fitted_values import (
     FittedGaussMarkov,
     FittedResonance,
@@ -53,6 +54,7 @@ class FittedNoise:
     highest: float | None = None
     alike_from: float | None = None
     alike_sigma: float | None = None
+    matern: FittedMatern | None = None
     second: tuple[SecondModel, ...] = ()
     discrepancy: tuple[tuple[float, float], ...] = ()
     model: Mapping[str, float]

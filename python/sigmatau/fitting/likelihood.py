@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigmatau._native.likelihood import ChannelFit, FilterEstimate
+from sigmatau._native.likelihood import ChannelFit, FilterEstimate, MaternEstimate
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.reasons import BandsOff, Reason, UnmodelledBand
@@ -18,6 +19,7 @@ from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import crowded_lines
 from sigmatau.fitting.changing_level import changing_level, unsteadiness
 from sigmatau.fitting.disturbance import hidden_by_vibration
+from sigmatau.fitting.fitted_matern import FittedMatern
 from sigmatau.fitting.fitted_values import SecondModel
 from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, interval_with_unit, typed
 from sigmatau.fitting.misfit import misfit
@@ -39,7 +41,7 @@ def fit_samples(
     channel: str,
     *,
     terms: Iterable[str] | None = None,
-    processes: Sequence[float] | None = None,
+    processes: Sequence[float] | Literal["matern"] | None = None,
     regressors: Mapping[str, ArrayLike] | None = None,
     level: float = 0.95,
     step: float | None = None,
@@ -56,8 +58,9 @@ def fit_samples(
         The channel must be `usable`; samples may be missing.
     terms : iterable of str, optional
         Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
-    processes : sequence of float, optional
-        Correlation times at which to start Gauss-Markov processes; no other process or resonance is then added. [s]
+    processes : sequence of float or "matern", optional
+        Correlation times at which to start Gauss-Markov processes; no other process or resonance is then added. [s] With
+        "matern", a model with one Matérn process is fitted too.
     regressors : mapping of str to array_like, shape (n,), optional
         Curves at the samples that the mean may follow, by name.
     level : float
@@ -75,7 +78,8 @@ def fit_samples(
         For a channel that never changes.
     """
     given_terms = wanted_terms(terms)
-    _refuse(processes, regressors, stream.grid.n, level)
+    times = None if isinstance(processes, str) and processes == "matern" else processes
+    _refuse(times, regressors, stream.grid.n, level)
     if never_changes(stream, channel):
         raise DataError(f"channel {channel!r} never changes in {stream.grid.n} samples: it has no noise to fit")
     summary, start = summarized(stream, channel)
@@ -85,11 +89,12 @@ def fit_samples(
         return summary.fit(
             samples=stream.grid.n,
             terms=[name for name in NOISE if name in given_terms],
-            processes=processes is None,
-            resonances=processes is None,
+            processes=times is None,
+            resonances=times is None,
             lines=lines,
             drifts="rate_ramp" in given_terms,
-            times=[float(time) for time in processes or ()],
+            times=[float(time) for time in times or ()],
+            matern=times is not processes,
             regressors=[at_blocks(summary.centres + start, curve, stream.grid.tau0) for curve in curves],
             level=level,
             most_quantization=math.inf if step is None else step * stream.grid.tau0 / math.sqrt(12),
@@ -121,7 +126,8 @@ def _refuse(
     times = _numbers(() if processes is None else processes)
     if times is None or times.ndim != 1 or len(times) > _MAX_PROCESSES or not ((times > 0) & (times < math.inf)).all():
         raise OptionError(
-            f"{{option}} must be up to {_MAX_PROCESSES} positive times in s, not {processes!r:.80}", option="processes"
+            f"{{option}} must be 'matern' or up to {_MAX_PROCESSES} positive times in s, not {processes!r:.80}",
+            option="processes",
         )
     if len(regressors or {}) > _MAX_REGRESSORS:
         raise OptionError(
@@ -175,6 +181,7 @@ def as_noise_fit(
         model=dict(fit.model),
         response=None if fit.response is None else _response(fit.response, unit),
         regressors=dict(zip(regressors, coefficients, strict=True)),
+        matern=None if fit.matern is None else _matern(fit.matern, unit),
         second=tuple(typed(SecondModel, model, unit, terms=dict(model.terms)) for model in fit.second),
         discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
         reasons=reasons,
@@ -182,6 +189,11 @@ def as_noise_fit(
         level=level,
         method="likelihood",
     )
+
+
+def _matern(fitted: MaternEstimate, unit: str) -> FittedMatern:
+    """Convert the model with a Matérn process."""
+    return typed(FittedMatern, fitted, unit, terms=dict(fitted.terms), gauss_markov_p_value=fitted.gauss_markov)
 
 
 def _response(fitted: FilterEstimate, unit: str) -> FittedFilter:

@@ -56,6 +56,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         record equally well. [s]
     alike_sigma : float or None
         Standard deviation of the process with this correlation time. [rate unit]
+    matern : FittedMatern or None
+        A model with one Matérn process in place of all slow noise, if `fit_channel` was asked for it. It is not part of the
+        other values, nor of `to_model`.
     second : tuple of SecondModel
         Other models that explain the record equally well, with processes in place of terms or terms in place of
         processes. The intervals and limits include them.
@@ -263,6 +266,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         for process in self.gauss_markov:
             sigma = _interval_text(process.sigma, factor, unit)
             texts.append(f"Gauss-Markov process of {sigma}, correlation time {_interval_text(process.time, 1.0, 's')}")
+        if self.matern is not None:
+            size, of = display_units("bias_instability", self.quantity, self.rate_unit, [self.matern.sigma.value])[-1]
+            texts.append(self.matern.text(of, size, longest=0.25 * self.n * self.tau0))
         for resonance in self.resonance:
             sigma, frequency = (
                 _interval_text(resonance.sigma, factor, unit),
@@ -334,7 +340,12 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
             terms["resonance"] = self.resonance
             fields += " filter=response warm_up regressors highest_hz=highest"
             fields += " alike_from_s=alike_from alike_sigma second discrepancy"
-        seldom: dict[str, Any] = {"runs_s": self.runs, "adjustments": self.adjustments, "reasons": self.reasons}
+        seldom: dict[str, Any] = {
+            "matern": self.matern,
+            "runs_s": self.runs,
+            "adjustments": self.adjustments,
+            "reasons": self.reasons,
+        }
         seldom = {key: value for key, value in seldom.items() if value}
         return plain(self, fields, terms=terms, covariance=self.covariance, **seldom)
 

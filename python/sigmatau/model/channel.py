@@ -236,8 +236,9 @@ class ChannelModel(Mapping[str, float], Printed):
             added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
             parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
         for process in self.matern:
-            summed = (kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0) for gm in process.gauss_markov(tau0))
-            parts["matern"] = parts.get("matern", 0.0) + sum(summed)
+            for gm in process.gauss_markov(tau0):
+                added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
+                parts["matern"] = parts.get("matern", 0.0) + added
         for resonance in self.resonance:
             added = kernels.resonance_avar(resonance.sigma, resonance.frequency, resonance.width, sizes, tau0)
             parts["resonance"] = parts.get("resonance", 0.0) + added
@@ -602,9 +603,8 @@ class ChannelModel(Mapping[str, float], Printed):
         for term, value in self.terms.items():
             text, factor = display_units(term, self.quantity, self.unit, [value])[-1]
             rows.append(f"{TERMS[term].label(self.quantity)} {value / factor:.6g} {text}")
-        sizes = [process.sigma for process in (*self.gauss_markov, *self.matern)] + [
-            peak.sigma for peak in self.resonance
-        ]
+        sizes = [process.sigma for process in self.gauss_markov] + [process.sigma for process in self.matern]
+        sizes += [peak.sigma for peak in self.resonance]
         sizes += [line.amplitude for line in self.sinusoid]
         text, factor = display_units("bias_instability", self.quantity, self.unit, sizes)[-1]
         rows += [f"Gauss-Markov {g.sigma / factor:.4g} {text} over {g.time:.4g} s" for g in self.gauss_markov]

@@ -13,7 +13,9 @@ from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, positive
 
-_SMOOTHNESS = (0.02, 0.5)  # Range of the smoothness, as in crates/core/src/matern.rs
+SMOOTHNESS = (0.02, 0.5)
+"""Range of the smoothness, as in crates/core/src/matern.rs."""
+
 _EXACT_STEP = 0.6  # step of the sum that is the process; the relative error is e^(−2π²/0.6) = 5e-15
 _FILTER_STEP = 1.75  # step of the sum for filters; the relative error of the density is below 1e-4
 _MAX_WHITE_TIME = 0.1  # correlation time below which a process is white noise, e^(−10) [samples]
@@ -66,9 +68,9 @@ class Matern:
         object.__setattr__(self, "sigma", positive("the standard deviation of a Matérn process", self.sigma))
         object.__setattr__(self, "time", positive("the correlation time of a Matérn process", self.time))
         object.__setattr__(self, "smoothness", positive("the smoothness of a Matérn process", self.smoothness))
-        if not _SMOOTHNESS[0] <= self.smoothness <= _SMOOTHNESS[1]:
+        if not SMOOTHNESS[0] <= self.smoothness <= SMOOTHNESS[1]:
             raise DataError(
-                f"the smoothness of a Matérn process must be from {_SMOOTHNESS[0]} to {_SMOOTHNESS[1]},"
+                f"the smoothness of a Matérn process must be from {SMOOTHNESS[0]} to {SMOOTHNESS[1]},"
                 f" not {self.smoothness:g}"
             )
 

@@ -249,8 +249,8 @@ def make_noise(
     number = stream_number(channel)
     for k, process in enumerate(noise.gauss_markov):
         made.add_gauss_markov(process.sigma, process.time, index=k, channel=number)
-    for k, process in enumerate(noise.matern):
-        for j, part in enumerate(process.gauss_markov(tau0)):
+    for k, matern in enumerate(noise.matern):
+        for j, part in enumerate(matern.gauss_markov(tau0)):
             made.add_gauss_markov(part.sigma, part.time, index=j, channel=stream_number(f"{channel} matern {k}"))
     for k, resonance in enumerate(noise.resonance):
         alone = ChannelModel(resonance=(replace(resonance, sigma=1.0),))

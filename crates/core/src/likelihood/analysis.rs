@@ -18,13 +18,14 @@ use crate::likelihood::intervals::{
 use crate::likelihood::line::Line;
 use crate::likelihood::linear::Symmetric;
 use crate::likelihood::lines::{above_medians, beyond_band, without_images};
+use crate::likelihood::matern_process::{MaternOutcome, with_matern};
 use crate::likelihood::no_quantization::without_quantization;
 use crate::likelihood::outcome::Tails;
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
 use crate::likelihood::profile::{Bounds, Thresholds, part_bounds, resonance_bounds, time_bounds};
 use crate::likelihood::resonance_shape::join_without_resonances;
 use crate::likelihood::running_mean::RunningMean;
-use crate::likelihood::select::{Allowed, cost, is_needed};
+use crate::likelihood::select::{Allowed, SELECTED_P_VALUE, cost, is_needed};
 use crate::likelihood::slow_lines::{prices, slow_lines};
 use crate::likelihood::summary::Summary;
 use crate::likelihood::white_levels::white_levels;
@@ -74,8 +75,25 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         warm_up: drifts.warm_up,
         regressors: (0..options.regressors.len()).map(|k| drift(&plain, FIRST_REGRESSOR + k)).collect(),
         levels: white_levels(&plain, &bins, tails),
+        matern: if options.matern { matern(record, options, &plain, &bins) } else { None },
         ..outcome(&plain, &bins, test, found)
     }
+}
+
+/// The model with a Matérn process. A filter or resonances may stand for the slope of its density: the model has them only if
+/// none without them is adequate.
+fn matern(record: &Summary, options: &Options, plain: &Fit, bins: &Bins) -> Option<MaternOutcome> {
+    let thresholds = |p_value| model_thresholds(p_value, options.level);
+    let has_resonance = plain.model.parts.iter().any(|part| matches!(part, Part::Resonance { .. }));
+    if !plain.model.filter.is_empty() || has_resonance {
+        let simple = Options { filter: false, resonances: false, ..options.clone() };
+        let (Attempt { bins, fit, .. }, _) = fitted(record, &simple);
+        let found = with_matern(&fit, &bins, thresholds).filter(|found| found.p_value >= SELECTED_P_VALUE);
+        if found.is_some() {
+            return found;
+        }
+    }
+    with_matern(plain, bins, thresholds)
 }
 
 /// The model of a record with its lines and drifts. Its filter is a running mean, unless only a series of cosines has an
@@ -280,6 +298,7 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
     let count = reduced.model.numbers();
     Outcome {
         alike_from,
+        matern: None,
         second,
         terms: TERMS.map(|part| plain.model.index(part).map(|j| terms[j])),
         reduced: squares(&reduced),

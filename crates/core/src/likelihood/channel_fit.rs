@@ -7,6 +7,7 @@ use crate::likelihood::estimates::{Estimate, TermEstimate, quantile};
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter::{FittedFilter, UNUSED_POWER};
 use crate::likelihood::fitted_model::FittedModel;
+use crate::likelihood::matern_process::MaternOutcome;
 use crate::likelihood::outcome::WhiteLevel;
 use crate::likelihood::outcome::{Options, Outcome, Process, Second};
 use crate::likelihood::parts::{
@@ -38,6 +39,47 @@ pub struct WarmUpEstimate {
     pub amplitude: Estimate,
     /// Time constant. \[s\]
     pub time: f64,
+}
+
+/// A model with one Matérn process in place of all slow noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaternEstimate {
+    /// Whether the record shows the process.
+    pub observed: bool,
+    /// Standard deviation. \[rate unit\]
+    pub sigma: Estimate,
+    /// Upper limit of the standard deviation; None if the record sets no limit. \[rate unit\]
+    pub upper_limit: Option<f64>,
+    /// Correlation time, from 20 samples to a quarter of the record. \[s\]
+    pub time: Estimate,
+    /// Smoothness ν, from 0.02 to 1/2.
+    pub smoothness: Estimate,
+    /// Coefficients of the terms beside the process, by name. \[SI\]
+    pub terms: Vec<(&'static str, f64)>,
+    /// P-value of the Gauss-Markov process, ν = 1/2.
+    pub gauss_markov: f64,
+    /// Akaike's criterion of the fit minus that of this model.
+    pub gain: f64,
+    /// P-value of the goodness of fit.
+    pub p_value: f64,
+}
+
+impl From<&MaternOutcome> for MaternEstimate {
+    fn from(outcome: &MaternOutcome) -> Self {
+        let limit = outcome.variance.high.sqrt();
+        let coefficients = Term::NOISE.into_iter().map(Term::name).zip(outcome.terms.map(f64::sqrt));
+        Self {
+            observed: outcome.variance.observed,
+            sigma: Estimate::root(&outcome.variance),
+            upper_limit: limit.is_finite().then_some(limit),
+            time: Estimate::from(&outcome.time),
+            smoothness: Estimate::from(&outcome.smoothness),
+            terms: coefficients.filter(|&(_, value)| value > 0.0).collect(),
+            gauss_markov: outcome.gauss_markov,
+            gain: outcome.gain,
+            p_value: outcome.p_value,
+        }
+    }
 }
 
 /// Another model that explains the record as well, with the same resonances and lines.
@@ -97,6 +139,8 @@ pub struct ChannelFit {
     pub alike_from: Option<f64>,
     /// Standard deviation of the process of this time, None if the model has no rate random walk. \[rate unit\]
     pub alike_sigma: Option<f64>,
+    /// The model with one Matérn process, if it is wanted.
+    pub matern: Option<MaternEstimate>,
     /// Other models that explain the record as well.
     pub second: Vec<SecondModel>,
     /// Discrepancy that the intervals allow for, even if the model is adequate: frequency \[Hz\], standard deviation of the
@@ -232,6 +276,7 @@ impl ChannelFit {
             alike_sigma: outcome.alike_from.and_then(|(time, variance)| {
                 alike_sigma(time, variance, noise[Term::RateRandomWalk.index()])
             }),
+            matern: outcome.matern.as_ref().map(MaternEstimate::from),
             second: outcome.second.iter().map(SecondModel::from).collect(),
             discrepancy: outcome.discrepancy.clone(),
             verdict: match (outcome.widened, has_parts) {

@@ -1,5 +1,6 @@
 //! Expected densities of unit amplitude: at the cosine modes of block means, and in Welch's periodogram.
 
+use crate::matern;
 use crate::special::odd_harmonic;
 use crate::terms::{NOISE_TERMS, Term};
 use sigmatau_fft::Planner;
@@ -9,6 +10,9 @@ use std::sync::{Arc, Mutex};
 /// Lag above which the covariance of two blocks of flicker noise is computed from that of their centres and its second
 /// derivative.
 const SERIES_LAG: usize = 200;
+
+/// Step of the sum that is a Matérn process, whose relative error is below 1e-5.
+pub(crate) const MATERN_STEP: f64 = 1.5;
 
 /// Number of records whose flicker densities are cached, by shape.
 const CACHED_RECORDS: usize = 8;
@@ -29,6 +33,13 @@ pub enum Part {
         exponent: f64,
         /// Frequency at which the density is that of B. \[Hz\]
         pivot: f64,
+    },
+    /// Matérn process; the parameter is σ².
+    Matern {
+        /// Correlation time. \[s\]
+        time: f64,
+        /// ν.
+        smoothness: f64,
     },
     /// Band-pass resonance with a density of 0 at the frequency 0; the parameter is its variance.
     Resonance {
@@ -122,7 +133,9 @@ impl Blocks {
             }
             Part::GaussMarkov { time } => self.gauss_markov(time).density(at),
             Part::Resonance { frequency, width } => resonance(frequency, width, at.frequency),
-            Part::Term(Term::BiasInstability | Term::RateRamp) | Part::Flicker { .. } => f64::NAN,
+            Part::Term(Term::BiasInstability | Term::RateRamp)
+            | Part::Flicker { .. }
+            | Part::Matern { .. } => f64::NAN,
         }
     }
 
@@ -231,6 +244,9 @@ impl FinePoint {
             Part::Term(Term::RateRandomWalk) => tau0 * tau0 / (4.0 * self.square) * (1.0 + 6.0 * self.smear),
             Part::Term(Term::RateRamp) => f64::NAN,
             Part::GaussMarkov { time } => MarkovDensity::new(time, tau0).at(self),
+            Part::Matern { time, smoothness } => matern_densities(time, smoothness, tau0)
+                .map(|(variance, process)| variance * process.at(self))
+                .sum(),
             Part::Resonance { frequency, width } => resonance(frequency, width, self.frequency),
             Part::Flicker { exponent, pivot } => {
                 let slope = (self.sin / (PI * tau0 * pivot)).powf(1.0 - exponent);
@@ -258,6 +274,13 @@ impl MarkovDensity {
     }
 }
 
+/// The processes whose sum is a Matérn process of unit variance, with their variances.
+fn matern_densities(time: f64, smoothness: f64, tau0: f64) -> impl Iterator<Item = (f64, MarkovDensity)> {
+    matern::processes(smoothness, time / tau0, MATERN_STEP)
+        .into_iter()
+        .map(move |(variance, time)| (variance, MarkovDensity::new(time * tau0, tau0)))
+}
+
 /// Densities of a part of unit amplitude at some points; factors that depend only on the part are computed once.
 pub(crate) fn fine_densities(part: Part, points: &[FinePoint], tau0: f64, densities: &mut [f64]) {
     let pairs = densities.iter_mut().zip(points);
@@ -265,6 +288,14 @@ pub(crate) fn fine_densities(part: Part, points: &[FinePoint], tau0: f64, densit
         Part::GaussMarkov { time } => {
             let process = MarkovDensity::new(time, tau0);
             pairs.for_each(|(density, point)| *density = process.at(point));
+        }
+        Part::Matern { time, smoothness } => {
+            densities.fill(0.0);
+            for (variance, process) in matern_densities(time, smoothness, tau0) {
+                for (density, point) in densities.iter_mut().zip(points) {
+                    *density += variance * process.at(point);
+                }
+            }
         }
         Part::Resonance { frequency, width } => {
             pairs.for_each(|(density, point)| *density = resonance(frequency, width, point.frequency));

@@ -6,6 +6,7 @@ use crate::likelihood::linear::{Symmetric, bounded_step, dot};
 use crate::likelihood::model::{Model, Shape};
 use crate::likelihood::power_law::EXPONENTS;
 use crate::likelihood::regression::regressed;
+use crate::matern::SMOOTHNESS;
 use crate::terms::NOISE_TERMS;
 use std::sync::Arc;
 
@@ -160,6 +161,13 @@ impl Model {
                 (Part::GaussMarkov { time }, _) => {
                     let (shortest, longest) = time_limits(bins);
                     Part::GaussMarkov { time: (time * x.exp()).clamp(shortest, longest) }
+                }
+                (Part::Matern { time, smoothness }, Shape::Time) => {
+                    let (shortest, longest) = time_limits(bins);
+                    Part::Matern { time: (time * x.exp()).clamp(shortest, longest), smoothness }
+                }
+                (Part::Matern { time, smoothness }, _) => {
+                    Part::Matern { time, smoothness: (smoothness + x).clamp(SMOOTHNESS.0, SMOOTHNESS.1) }
                 }
                 (Part::Resonance { frequency, width }, Shape::Frequency) => {
                     let frequency = (frequency + x * width).clamp(2.0 / duration, 0.5 / tau0);

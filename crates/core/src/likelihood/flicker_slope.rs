@@ -95,7 +95,7 @@ fn numbers(model: &Model) -> f64 {
         _ if theta <= 0.0 => 0.0,
         Part::Term(Term::Quantization | Term::RandomWalk) => 0.0,
         Part::GaussMarkov { .. } | Part::Flicker { .. } => 2.0,
-        Part::Resonance { .. } => 3.0,
+        Part::Resonance { .. } | Part::Matern { .. } => 3.0,
         Part::Term(_) => 1.0,
     };
     model.parts.iter().zip(&model.theta).map(parameters).sum::<f64>()

@@ -11,6 +11,7 @@ pub(crate) enum Shape {
     Time,
     Frequency,
     Width,
+    /// Exponent of flicker noise, smoothness of a Matérn process.
     Exponent,
 }
 
@@ -110,6 +111,7 @@ impl Model {
             match part {
                 Part::GaussMarkov { .. } => found.push((j, Shape::Time)),
                 Part::Flicker { .. } => found.push((j, Shape::Exponent)),
+                Part::Matern { .. } => found.extend([(j, Shape::Time), (j, Shape::Exponent)]),
                 Part::Resonance { .. } => found.extend([(j, Shape::Frequency), (j, Shape::Width)]),
                 Part::Term(_) => {}
             }

@@ -3,6 +3,7 @@
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter_shapes::Family;
 use crate::likelihood::line::Line;
+use crate::likelihood::matern_process::MaternOutcome;
 use crate::likelihood::profile::Bounds;
 use crate::likelihood::running_mean::RunningMean;
 use crate::terms::NOISE_TERMS;
@@ -25,6 +26,8 @@ pub struct Options {
     pub drifts: bool,
     /// Correlation times of Gauss-Markov processes that are in the model from the start. \[s\]
     pub times: Vec<f64>,
+    /// Whether one Matérn process in place of all slow noise is fitted too.
+    pub matern: bool,
     /// Curves that the mean may follow, given at the centres of the blocks.
     pub regressors: Vec<Vec<f64>>,
     /// Confidence level.
@@ -44,6 +47,7 @@ impl Default for Options {
             lines: true,
             drifts: true,
             times: Vec::new(),
+            matern: false,
             regressors: Vec::new(),
             level: 0.95,
             most_quantization: f64::INFINITY,
@@ -117,6 +121,8 @@ pub struct Outcome {
     /// If a rate random walk was observed: the shortest correlation time \[s\] of a Gauss-Markov process that explains the
     /// record as well, and its variance.
     pub alike_from: Option<(f64, f64)>,
+    /// The model with one Matérn process, if it is wanted.
+    pub matern: Option<MaternOutcome>,
     /// Other models with processes in place of terms, or terms in place of processes, that explain the record as well.
     pub second: Vec<Second>,
     /// Rate ramp per second.

@@ -4,7 +4,8 @@
 //! this density (∫ T^(α−1) 2T/(1 + (2πfT)²) dT/T = π (2πf)^−α / sin(πα/2)). With two processes per decade its error is
 //! below 2·10⁻⁴, and its densities at the modes of a record are exact sums.
 
-use crate::likelihood::expected::{Blocks, MarkovModes, ModePoint, Part};
+use crate::likelihood::expected::{Blocks, MATERN_STEP, MarkovModes, ModePoint, Part};
+use crate::matern;
 use crate::terms::Term;
 use std::f64::consts::{LN_10, PI};
 
@@ -48,6 +49,13 @@ impl Mixture {
         let (variance, time) = at(-1);
         let white = 2.0 * variance * time / (1.0 - ratio.powf(-exponent));
         Self { processes: (0..count).map(at).collect(), walk, white }
+    }
+
+    /// A Matérn process of unit variance.
+    pub(crate) fn matern(smoothness: f64, time: f64, tau0: f64) -> Self {
+        let sum = matern::processes(smoothness, time / tau0, MATERN_STEP).into_iter();
+        let processes = sum.map(|(variance, time)| (variance, time * tau0)).collect();
+        Self { processes, walk: 0.0, white: 0.0 }
     }
 
     /// All processes; the last one represents the slowest ones, which are a random walk over the record.

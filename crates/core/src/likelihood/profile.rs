@@ -6,6 +6,7 @@ use crate::likelihood::expected::Part;
 use crate::likelihood::fit::{Fit, time_limits};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::{Model, Shape};
+use crate::matern::SMOOTHNESS;
 
 /// Number of standard errors from 0 above which a term is certain, so that no fit without it is needed.
 const BEYOND_DOUBT: f64 = 8.0;
@@ -13,6 +14,9 @@ const BEYOND_DOUBT: f64 = 8.0;
 const STEPS: usize = 25;
 const TOLERANCE: f64 = 1e-3;
 const TRIES: usize = 12;
+
+/// First step of the smoothness of a Matérn process.
+const SMOOTHNESS_STEP: f64 = 0.1;
 
 /// Error of the root of the deviance at an end of an interval: a hundredth of its width.
 const PRECISION: f64 = 0.02;
@@ -87,12 +91,15 @@ pub(crate) fn part_bounds(fit: &Fit, bins: &Bins, part: usize, thresholds: Thres
     Bounds { value, low, high, observed, loss }
 }
 
-/// The interval of the correlation time of a Gauss-Markov process, within the limits of such times.
+/// The interval of the correlation time of a Gauss-Markov or Matérn process, within the limits of such times.
 pub(crate) fn time_bounds(fit: &Fit, bins: &Bins, part: usize, thresholds: Thresholds) -> Option<Bounds> {
-    let Part::GaussMarkov { time } = fit.model.parts[part] else { return None };
+    let (Part::GaussMarkov { time } | Part::Matern { time, .. }) = fit.model.parts[part] else { return None };
     let (shortest, longest) = time_limits(bins);
     let hold = |model: &mut Model, x: f64| {
-        model.parts[part] = Part::GaussMarkov { time: x.exp() };
+        model.parts[part] = match model.parts[part] {
+            Part::Matern { smoothness, .. } => Part::Matern { time: x.exp(), smoothness },
+            _ => Part::GaussMarkov { time: x.exp() },
+        };
         model.held_shape = Some((part, Shape::Time));
     };
     let target = thresholds.interval.sqrt();
@@ -101,6 +108,26 @@ pub(crate) fn time_bounds(fit: &Fit, bins: &Bins, part: usize, thresholds: Thres
     let high = search.until(time.ln(), step, longest.ln()).exp();
     let low = search.until(time.ln(), -step, shortest.ln()).exp();
     Some(Bounds { value: time, low, high, observed: true, loss: f64::NAN })
+}
+
+/// The interval of the smoothness of a Matérn process, within its range.
+pub(crate) fn smoothness_bounds(
+    fit: &Fit,
+    bins: &Bins,
+    part: usize,
+    thresholds: Thresholds,
+) -> Option<Bounds> {
+    let Part::Matern { smoothness, .. } = fit.model.parts[part] else { return None };
+    let hold = |model: &mut Model, x: f64| {
+        if let Part::Matern { time, .. } = model.parts[part] {
+            model.parts[part] = Part::Matern { time, smoothness: x };
+        }
+        model.held_shape = Some((part, Shape::Exponent));
+    };
+    let search = Search { fit, bins, target: thresholds.interval.sqrt(), nearness: None, hold: &hold };
+    let high = search.until(smoothness, SMOOTHNESS_STEP, SMOOTHNESS.1);
+    let low = search.until(smoothness, -SMOOTHNESS_STEP, SMOOTHNESS.0);
+    Some(Bounds { value: smoothness, low, high, observed: true, loss: f64::NAN })
 }
 
 /// The interval of the centre and of the half width of a resonance.

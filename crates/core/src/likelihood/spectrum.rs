@@ -5,6 +5,7 @@ use crate::likelihood::expected::{FinePoint, Part};
 use crate::likelihood::filter_shapes;
 use crate::likelihood::model::{Model, Shape};
 use crate::likelihood::running_mean::{RunningMean, tapered};
+use crate::matern::SMOOTHNESS;
 use crate::terms::Term;
 use std::borrow::Cow;
 
@@ -297,6 +298,14 @@ fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
     match (part, shape) {
         (Part::GaussMarkov { time }, _) => {
             (Part::GaussMarkov { time: time * up }, Part::GaussMarkov { time: time / up }, log)
+        }
+        (Part::Matern { time, smoothness }, Shape::Time) => {
+            (Part::Matern { time: time * up, smoothness }, Part::Matern { time: time / up, smoothness }, log)
+        }
+        (Part::Matern { time, smoothness }, _) => {
+            let ends = [smoothness + DIFFERENCE, smoothness - DIFFERENCE];
+            let [high, low] = ends.map(|x| x.clamp(SMOOTHNESS.0, SMOOTHNESS.1));
+            (Part::Matern { time, smoothness: high }, Part::Matern { time, smoothness: low }, high - low)
         }
         (Part::Resonance { frequency: f, width }, Shape::Frequency) => (
             Part::Resonance { frequency: f + PARAMETER_STEP * width, width },

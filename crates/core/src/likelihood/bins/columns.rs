@@ -116,6 +116,9 @@ impl Bins<'_> {
         } else if let Part::Flicker { exponent, pivot } = part {
             let mixture = Mixture::new(exponent, pivot, self.record.tau0, self.record.duration());
             self.mode_means(column, mixture.at_modes(blocks));
+        } else if let Part::Matern { time, smoothness } = part {
+            let mixture = Mixture::matern(smoothness, time, self.record.tau0);
+            self.mode_means(column, mixture.at_modes(blocks));
         } else {
             self.mode_means(column, |point| blocks.density(part, point));
         }

@@ -10,6 +10,7 @@ use pyo3::exceptions::{PyFloatingPointError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 use sigmatau_core::gls::{self, Base, Failed, Shape, Terms, Theta};
+use std::sync::Arc;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
@@ -243,10 +244,11 @@ frozen_class! {
     }
 }
 
-/// The fit of a curve. `scale`: a typical variance.
+/// The fit of a curve. `scale`: a typical variance. `digitising`: relative covariance of the errors of the variances from
+/// reading a figure, in row order.
 #[allow(clippy::too_many_arguments)] // one argument per part of the data
 #[pyfunction]
-#[pyo3(signature = (n, m, avar, ramps, *, tau0, scale, terms, first, level))]
+#[pyo3(signature = (n, m, avar, ramps, *, tau0, scale, terms, first, level, digitising))]
 pub fn fit_curve(
     py: Python<'_>,
     n: usize,
@@ -258,10 +260,16 @@ pub fn fit_curve(
     terms: Vec<String>,
     first: Option<usize>,
     level: f64,
+    digitising: Option<PyReadonlyArray1<'_, f64>>,
 ) -> PyResult<CurveFit> {
     let (sizes, avar, ramps) = (sizes(&m)?, avar.as_slice()?.to_vec(), ramps.as_slice()?.to_vec());
     if avar.len() != sizes.len() || ramps.len() != sizes.len() || first.unwrap_or(0) >= sizes.len() {
         return Err(PyValueError::new_err("sizes, variances and ramps differ in length"));
+    }
+    let digitising =
+        digitising.map(|errors| Ok::<_, PyErr>(Arc::new(errors.as_slice()?.to_vec()))).transpose()?;
+    if digitising.as_ref().is_some_and(|errors| errors.len() != sizes.len() * sizes.len()) {
+        return Err(PyValueError::new_err("one error for each pair of sizes"));
     }
     let terms = terms.iter().map(|name| Ok(named_term(name)?.index())).collect::<PyResult<Vec<usize>>>()?;
     let noise: Vec<usize> = terms.iter().copied().filter(|&term| term < gls::LINEAR).collect();
@@ -271,7 +279,7 @@ pub fn fit_curve(
     let (candidates, with_ramp) = (Terms::of(&noise), noise.len() < terms.len());
     let fit = detached(py, || {
         let base = Base::new(n, &sizes)?;
-        Ok(gls::Curve { base, tau0, avar, scale, ramps, candidates, with_ramp, first }.fit(level))
+        Ok(gls::Curve { base, tau0, avar, scale, ramps, candidates, with_ramp, first, digitising }.fit(level))
     });
     Ok(CurveFit::from_core(fit.map_err(|error| value_error(&error))?.map_err(failed)?))
 }

@@ -24,6 +24,8 @@ pub struct Data {
     pub with_ramp: bool,
     /// Index of the shortest averaging time, if it is given.
     pub first: Option<usize>,
+    /// Relative covariance of the errors of the variances from reading a figure, in row order.
+    pub digitising: Option<Arc<Vec<f64>>>,
 }
 
 impl Data {
@@ -35,6 +37,10 @@ impl Data {
             avar: values(&self.avar),
             ramps: values(&self.ramps),
             first: None,
+            digitising: self.digitising.as_ref().map(|errors| {
+                let rows = indices.iter().map(|&k| &errors[k * self.avar.len()..]);
+                Arc::new(rows.flat_map(|row| indices.iter().map(|&k| row[k])).collect())
+            }),
             ..self.clone()
         }
     }
@@ -52,7 +58,8 @@ impl Data {
     /// The least squares problem for averaging times from number `first`.
     pub(crate) fn gls(&self, first: usize, time: Option<f64>) -> Result<Gls, Failed> {
         let candidates = if time.is_some() { self.candidates.with(LINEAR) } else { self.candidates };
-        Ok(Gls::new(&self.parts(time)?, first, &self.avar[first..], candidates, None))
+        let gls = Gls::new(&self.parts(time)?, first, &self.avar[first..], candidates, None);
+        Ok(Gls { digitising: self.digitising.clone(), ..gls })
     }
 
     /// Derivative of the variances of a process of variance 1 by the logarithm of its correlation time. \[samples\]

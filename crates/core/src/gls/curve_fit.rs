@@ -29,6 +29,8 @@ pub struct Curve {
     pub with_ramp: bool,
     /// Index of the shortest averaging time, if it is given.
     pub first: Option<usize>,
+    /// Relative covariance of the errors of the variances from reading a figure, in row order; None for a computed curve.
+    pub digitising: Option<Arc<Vec<f64>>>,
 }
 
 /// The fit of a curve.
@@ -73,6 +75,7 @@ impl Curve {
             candidates: self.candidates,
             with_ramp: self.with_ramp,
             first: self.first,
+            digitising: self.digitising.clone(),
         };
         Ok(match fit(&data, level)? {
             Outcome::Adequate(result) => self.stated(&result, level),
@@ -219,7 +222,35 @@ mod tests {
             candidates: Terms::first(LINEAR),
             with_ramp,
             first: None,
+            digitising: None,
         }
+    }
+
+    /// An error of the scale of a figure is common to all averaging times, and changes all coefficients by its factor.
+    #[test]
+    fn error_of_the_scale_widens_every_interval() {
+        let (walk, slow) = (1e-4, 3e-6);
+        let avar = |m: usize| {
+            terms::random_walk_avar(walk, m as f64 * TAU0)
+                + terms::rate_random_walk_avar_sampled(slow, TAU0, m)
+        };
+        let alone = curve(1 << 16, avar, false);
+        let order = alone.avar.len();
+        let error: f64 = 0.03; // of a deviation
+        let read =
+            Curve { digitising: Some(Arc::new(vec![4.0 * error * error; order * order])), ..alone.clone() };
+        let (alone, read) = (alone.fit(0.95).unwrap(), read.fit(0.95).unwrap());
+        for (name, expected) in [("random_walk", walk), ("rate_random_walk", slow)] {
+            let half = |fit: &CurveFit| {
+                let term = fit.terms.iter().find(|(term, _)| *term == name).unwrap().1;
+                assert!((term.value.unwrap() / expected - 1.0).abs() < 1e-3);
+                0.5 * (term.high.unwrap() - term.low.unwrap()) / expected
+            };
+            let sum = half(&alone).hypot(1.96 * error);
+            assert!((half(&read) / sum - 1.0).abs() < 0.1, "{name}: {} {sum}", half(&read));
+        }
+        let added = (read.covariance[1] - alone.covariance[1]) / (error * error * walk * slow);
+        assert!((added - 1.0).abs() < 0.1, "the factor is common to both coefficients: {added}");
     }
 
     #[test]

@@ -199,7 +199,8 @@ fn limited(
         return Ok(found);
     }
     let alone = Gls::new(&gls.parts, gls.first, &gls.avar, Terms::of(&[term]), None);
-    let alone = Gls { design: gls.design.clone(), ramp_weights: gls.ramp_weights.clone(), ..alone };
+    let (design, ramp_weights) = (gls.design.clone(), gls.ramp_weights.clone());
+    let alone = Gls { design, ramp_weights, digitising: gls.digitising.clone(), ..alone };
     let theta = alone.fit_in(alone.candidates, None, None, work)?;
     Ok(Evidence { high: alone.evidence_in(term, &theta, level, shares, work)?.high, ..found })
 }

@@ -7,6 +7,7 @@ use crate::gls::laws::skewed_tails;
 use crate::gls::non_negative::Products;
 use crate::gls::whitening::Whitened;
 use crate::gls::{Failed, TERMS, Terms, Theta, finite};
+use std::sync::Arc;
 
 /// Largest number of steps of the iteration.
 const STEPS: usize = 40;
@@ -32,6 +33,8 @@ pub struct Gls {
     pub(crate) tangent: Option<Vec<f64>>,
     /// Weights of the ramp that was removed, if any.
     pub(crate) ramp_weights: Option<Vec<f64>>,
+    /// Relative covariance of the errors of the variances from reading a figure, for all sizes of the base in row order.
+    pub(crate) digitising: Option<Arc<Vec<f64>>>,
 }
 
 /// Buffers of a fit, reused by the next one.
@@ -43,6 +46,7 @@ pub(crate) struct Work {
     removal: RampRemoval,
     expected: Vec<f64>,
     before: Vec<f64>,
+    means: Vec<f64>,
     row: Vec<f64>,
     on_data: Vec<f64>,
     modes: Vec<f64>,
@@ -110,6 +114,7 @@ impl Gls {
             candidates,
             tangent,
             ramp_weights: None,
+            digitising: None,
         }
     }
 
@@ -169,6 +174,30 @@ impl Gls {
         if let Some(weights) = &self.ramp_weights {
             work.removal.apply(&self.parts, self.first, theta, weights, &mut work.covariance);
         }
+        if let Some(errors) = &self.digitising {
+            self.expected(theta, &mut work.means);
+            let (order, all) = (self.order(), self.parts.base.order());
+            for i in 0..order {
+                let from = (self.first + i) * all + self.first;
+                let cells = work.covariance[i * order + i..(i + 1) * order].iter_mut();
+                for ((cell, error), mean) in cells.zip(&errors[from + i..]).zip(&work.means[i..]) {
+                    *cell += work.means[i] * mean * error;
+                }
+            }
+        }
+    }
+
+    /// Variance, if θ is true, that the errors of reading a figure cause in a sum of the variances with weights.
+    fn digitising_variance(&self, theta: &Theta, weights: &[f64], means: &mut Vec<f64>) -> f64 {
+        let Some(errors) = &self.digitising else { return 0.0 };
+        self.expected(theta, means);
+        means.iter_mut().zip(weights).for_each(|(mean, weight)| *mean *= weight);
+        let rows = errors.chunks_exact(self.parts.base.order()).skip(self.first);
+        rows.zip(means.iter())
+            .map(|(row, x)| {
+                x * row[self.first..].iter().zip(means.iter()).map(|(error, y)| error * y).sum::<f64>()
+            })
+            .sum()
     }
 
     /// The covariance as a whole matrix in row order.
@@ -361,8 +390,11 @@ impl Gls {
         work.on_data.clone_from(&work.row);
         work.whitened.unwhiten(&mut work.on_data);
         let (skewness, variance) = self.parts.skewness(&work.on_data, self.first, &theta, &mut work.modes);
+        let digitised = self.digitising_variance(&theta, &work.on_data, &mut work.means);
+        // The errors of reading a figure are normal: they widen the distribution without skewness.
+        let share = (1.0 - digitised / (sigma * sigma)).max(0.0);
         // Independent modes overestimate the degrees of freedom where the ends of the record matter.
-        let correction = (sigma / variance.sqrt()).clamp(0.7, 1.5);
+        let correction = (sigma * (share / variance).sqrt()).clamp(0.7, 1.5) * share.powf(1.5);
         Ok(Statistic {
             z: finite((estimate - trial) / sigma)?,
             sigma,

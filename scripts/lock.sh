@@ -29,7 +29,7 @@ print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"], s
 printf 'allantools==%s\n' "$ALLANTOOLS" >"$scratch/allantools.in"
 
 lock runtime pyproject.toml build-system.requires.in --extra plot
-lock dev pyproject.toml build-system.requires.in --extra plot --extra pdf --extra app --extra formats --extra postgresql --extra cluster --group dev --constraint runtime.txt --no-annotate
+lock dev pyproject.toml build-system.requires.in --extra plot --extra pdf --extra figure --extra app --extra formats --extra postgresql --extra cluster --group dev --constraint runtime.txt --no-annotate
 lock docs pyproject.toml --extra plot --extra store --group docs --constraint dev.txt --no-annotate
 lock release --group pyproject.toml:release --constraint dev.txt --no-annotate
 lock bench allantools.in --group pyproject.toml:bench --no-deps --constraint dev.txt --no-annotate

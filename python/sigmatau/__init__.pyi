@@ -5,6 +5,7 @@ from .estimators.accumulator import Accumulator
 from .estimators.allan import Curves, DeviationCurve, allan
 from .estimators.curve_table import read_curves
 from .estimators.deviation import Deviation, Deviations, deviation
+from .estimators.figure import read_figure
 from .estimators.noise_identification import NoiseIdentification, NoiseIdentifications, identify_noise
 from .estimators.stability import dynamic_allan
 from .exporting.choices import Choices
@@ -161,6 +162,7 @@ __all__ = [
     "random_effects",
     "read",
     "read_curves",
+    "read_figure",
     "read_off",
     "report",
     "show_in",

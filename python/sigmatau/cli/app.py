@@ -56,10 +56,13 @@ sigmatau density density.csv --sided one --unit "(rad/s)^2/Hz"
 sigmatau density density.csv --sided one --unit "(rad/s)^2/Hz" --averages 50 -o measured.toml --csv deviations.csv""",
     ),
     "curve": (
-        "Fit the noise terms to Allan deviations that another program computed.",
+        "Fit the noise terms to Allan deviations of another program, or of a figure (SVG, PDF, clicked points).",
         """\
 sigmatau curve adev.csv --rate 100 --hours 2 -o imu.toml --plot adev.png
-sigmatau curve stable32.txt --rate 100 --hours 2 --columns tau=2,gyro_x=6 --unit deg/h --content deviation""",
+sigmatau curve stable32.txt --rate 100 --hours 2 --columns tau=2,gyro_x=6 --unit deg/h --content deviation
+sigmatau curve figure.svg --list
+sigmatau curve figure.svg --unit deg/h --line 1 -o imu.toml
+sigmatau curve clicks.csv --unit deg/h --x-axis 80=0.01,480=100 --y-axis 310=1,30=1000""",
     ),
     "bandwidth": (
         "Find the bandwidth and filter of a sensor, its noise without aliasing, and the rate to sample at.",

@@ -20,7 +20,11 @@ MAIN = Group("Main options", sort_key=1)
 
 GROUPS: Mapping[GroupName, Group] = {name: Group(name, sort_key=2 + k) for k, name in enumerate(get_args(GroupName))}
 
+FIGURE = Group("Figure", sort_key=1.5)
+"""Group of the options for curves that are read from a figure."""
+
 InMain: Parameter = Parameter(group=MAIN)
+InFigure: Parameter = Parameter(group=FIGURE)
 InMethod: Parameter = Parameter(group=GROUPS["Method"])
 InOutput: Parameter = Parameter(group=GROUPS["Output"])
 Flag: Parameter = Parameter(negative=(), show_default=False)

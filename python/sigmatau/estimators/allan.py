@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau._native.distributions import normal_quantile
 from sigmatau.arrays import freeze
 from sigmatau.digits import round_to_error
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
@@ -84,10 +85,13 @@ class DeviationCurve(Tabular):
         Distance of the starts of clusters in samples; None if they begin at every sample, or with `overlap` "none".
     missing : int
         Samples that are missing.
+    digitising : ndarray or None, shape (n_tau, n_tau)
+        Covariance of the relative errors of `adev` from reading a figure; None for a computed curve.
 
     See Also
     --------
     allan : makes the curves of a record.
+    read_figure : makes the curves of a figure.
 
     Examples
     --------
@@ -116,9 +120,10 @@ class DeviationCurve(Tabular):
     edf: NDArray[np.float64] | None = None
     stride: NDArray[np.int64] | None = None
     missing: int = 0
+    digitising: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, *_COLUMNS)
+        freeze(self, *_COLUMNS, "digitising")
 
     @property
     def adev(self) -> NDArray[np.float64]:
@@ -127,11 +132,12 @@ class DeviationCurve(Tabular):
 
     @property
     def error(self) -> NDArray[np.float64]:
-        """Relative standard error of `adev` by the paper's eq. (26); shape (n_tau,).
+        """Relative standard error of `adev` by the paper's eq. (26), with the error of reading a figure; shape (n_tau,).
 
         See `sigmatau.noise.uncertainty.percentage_error`.
         """
-        return percentage_error(self.n, self.m)
+        error = percentage_error(self.n, self.m)
+        return error if self.digitising is None else np.hypot(error, np.sqrt(np.diag(self.digitising)))
 
     def interval(
         self, *, noise: str | Mapping[str, float] | None = None, level: float = 0.95
@@ -173,6 +179,9 @@ class DeviationCurve(Tabular):
                 )
             return self.adev * np.maximum(1 - self.error, 0), self.adev * (1 + self.error)
         low, high = chi2_factors(edf, level=level)
+        if self.digitising is not None:
+            read = normal_quantile(0.5 + 0.5 * level) * np.sqrt(np.diag(self.digitising))
+            low, high = np.exp(-np.hypot(np.log(low), read)), np.exp(np.hypot(np.log(high), read))
         return self.adev * low, self.adev * high
 
     def _freedom(self, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
@@ -195,13 +204,16 @@ class DeviationCurve(Tabular):
         chosen = np.isin(self.m, sizes)
         columns = {name: getattr(self, name) for name in _COLUMNS}
         selected: dict[str, Any] = {name: None if c is None else c[chosen] for name, c in columns.items()}
+        if self.digitising is not None:
+            selected["digitising"] = self.digitising[np.ix_(chosen, chosen)]
         return replace(self, **selected)
 
     @property
     def interval_text(self) -> str:
         """Description of the intervals that `interval` returns."""
         if self.edf is None:
-            return "eq. (26), one standard error"
+            read = "" if self.digitising is None else " and the error of reading the figure"
+            return f"eq. (26){read}, one standard error"
         return "95 % confidence"
 
     def to_dict(self) -> dict[str, Any]:
@@ -209,9 +221,10 @@ class DeviationCurve(Tabular):
         low, high = self.interval()
         optional = [name for name in ("edf", "stride") if getattr(self, name) is not None]
         optional += ["missing"] if self.missing else []
+        read = {} if self.digitising is None else {"digitising_error": np.sqrt(np.diag(self.digitising))}
         estimator = "overlapped" if self.overlap == "full" else "non-overlapped"
         fields = "m tau_s=tau adev interval=interval_text n_pairs counting unit"
-        return plain(self, fields, *optional, low=low, high=high, estimator=estimator)
+        return plain(self, fields, *optional, low=low, high=high, estimator=estimator, **read)
 
     def columns(self) -> dict[str, list[Any]]:
         """One row per averaging time, see `Tabular.columns`."""

@@ -135,6 +135,7 @@ def fit(
         terms=list(wanted),
         first=first,
         level=level,
+        digitising=None if curve.digitising is None else 4 * curve.digitising[np.ix_(chosen, chosen)].ravel(),
     )
     return _stated(curve, fitted, sizes, wanted, level)
 

@@ -78,24 +78,40 @@ def read_curve_table(
         curves = {}
         for key, numbers in values.items():
             column = table.columns[places[key]]
-            rate_unit, factor, is_squared = _unit(column.name, column.unit, unit, content)
+            si, factor, is_squared = _unit(column.name, column.unit, unit, content)
             _check(table, numbers, bare_name(column.name) or key)
-            if rate_unit not in _QUANTITIES and (key == _UNNAMED or stream_name(key) in _SENSORS):
-                hint = Hint("columns", value={"tau": "1", "signal": "2"})
-                signal = f". For another signal, name its column, {hint}" if key == _UNNAMED else ""
-                raise OptionError(
-                    f"{rate_unit!r} is not the unit of a rate. Give one such as deg/h, m/s^2 or ug{signal}",
-                    option="unit",
-                )
-            quantity, sensor = _QUANTITIES.get(rate_unit, ("signal", ""))
-            name = key or sensor
-            if _SENSORS.get(stream_name(name), quantity) != quantity:
-                raise OptionError(f"{Hint('columns')}: {name} is not a sensor of {rate_unit}", option="columns")
+            hint = Hint("columns", value={"tau": "1", "signal": "2"})
+            name, quantity = named_channel(key, si, hint)
             with np.errstate(over="ignore", under="ignore"):
                 avar = numbers * factor**2 if is_squared else (numbers * factor) ** 2
             _check(table, avar, f"the variance of {bare_name(column.name) or key}")
-            curves[name] = TableCurve(unit=rate_unit, quantity=quantity, avar=avar)
+            curves[name] = TableCurve(unit=si, quantity=quantity, avar=avar)
     return sizes, curves
+
+
+def named_channel(key: str, rate_unit: str, hint: Hint) -> tuple[str, str]:
+    """Name and quantity of a channel; `key`: its stated name, or empty. `hint`: how a user names one."""
+    if rate_unit not in _QUANTITIES and (key == _UNNAMED or stream_name(key) in _SENSORS):
+        signal = f". For another signal, name its column, {hint}" if key == _UNNAMED else ""
+        raise OptionError(
+            f"{rate_unit!r} is not the unit of a rate. Give one such as deg/h, m/s^2 or ug{signal}",
+            option="unit",
+        )
+    quantity, sensor = _QUANTITIES.get(rate_unit, ("signal", ""))
+    name = key or sensor
+    if _SENSORS.get(stream_name(name), quantity) != quantity:
+        raise OptionError(f"{Hint(hint.option)}: {name} is not a sensor of {rate_unit}", option=hint.option)
+    return name, quantity
+
+
+def rate_unit(text: str) -> tuple[str, float]:
+    """SI unit and size of the unit of a rate; an unknown unit stays as it is, for a named channel."""
+    unit = units.find_unit(text)
+    if unit is None:
+        return text, 1.0
+    if unit.si not in _QUANTITIES:
+        raise OptionError(f"{text!r} is not the unit of a rate. Give one such as deg/h, m/s^2 or ug", option="unit")
+    return unit.si, unit.factor
 
 
 def _chosen(table: Table, columns: dict[str, str]) -> dict[str, int]:
@@ -183,12 +199,7 @@ def _unit(name: str, column_unit: str | None, stated: str | None, content: Conte
         hint = Hint("unit", value=stated)
         raise OptionError(f"{hint} is not the unit {header!r} of {name}. Leave it out", option="unit")
     is_variance = _is_variance(name, content, has_square=match is not None, has_unit=bool(header))
-    unit = units.find_unit(text)
-    if unit is None:
-        return text, 1.0, is_variance
-    if unit.si not in _QUANTITIES:
-        raise OptionError(f"{text!r} is not the unit of a rate. Give one such as deg/h, m/s^2 or ug", option="unit")
-    return unit.si, unit.factor, is_variance
+    return (*rate_unit(text), is_variance)
 
 
 def _is_variance(name: str, content: Content | None, *, has_square: bool, has_unit: bool) -> bool:

@@ -1,0 +1,84 @@
+"""Lines of a figure in the values of its axes: averaging times, deviations, and the errors of reading them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.arrays import Floats
+from sigmatau.frozen import frozen
+from sigmatau.io.read.figure.axis import LN10, Axis, calibrated
+from sigmatau.io.read.figure.candidates import Candidate
+
+_WIDTH_ERROR = 0.25  # standard error of a point over the width of the line: 95 % of the points are within the line
+
+
+@frozen(eq=False)
+class Line:
+    """A curve of a figure.
+
+    Attributes
+    ----------
+    name : str
+        Stated name of the channel, or empty.
+    x, y : Axis
+    points : ndarray, shape (n, 2)
+        Coordinates, with increasing x.
+    is_end : ndarray of bool, shape (n,)
+        Whether a point is the end of a segment.
+    error : float
+        Standard error of a coordinate of a point.
+    """
+
+    name: str
+    x: Axis
+    y: Axis
+    points: Floats
+    is_end: NDArray[np.bool_]
+    error: float
+
+    @property
+    def values(self) -> tuple[Floats, Floats]:
+        """Values of the points on the two axes."""
+        return self.x.read(self.points[:, 0]), self.y.read(self.points[:, 1])
+
+    def covariance(self, coordinates: Floats, slope: Floats) -> Floats:
+        """Covariance of the logarithms of the values on the y axis at coordinates of shape (n, 2).
+
+        An error along x counts by the slope of the curve on double logarithmic axes. The errors of the points are
+        independent; those of the calibration are common to all points.
+        """
+        x, y = coordinates.T
+        single = (self.error * self.y.sensitivity(y)) ** 2 + (slope * self.error * self.x.sensitivity(x)) ** 2
+        common_x, common_y = self.x.common_error(x), self.y.common_error(y)
+        result: Floats = np.diag(single) + common_y + slope[:, None] * common_x * slope
+        return result
+
+
+def standard_error(candidate: Candidate) -> float:
+    """Standard error of a coordinate of a point: a quarter of the width of the line, and the resolution of the file."""
+    return math.hypot(_WIDTH_ERROR * candidate.width, candidate.quantum / math.sqrt(12))
+
+
+def line_of_values(name: str, points: Floats, error: float) -> Line:
+    """The line of points that are values already, with a relative standard error.
+
+    The axes were calibrated by points with the same error at the ends of the curve.
+    """
+    coordinates = np.log10(points)
+    axes = []
+    for values in coordinates.T:
+        ends = [float(values.min()), float(values.max())]
+        if ends[0] == ends[1]:
+            ends[1] += 1.0
+        axes.append(calibrated(ends, [10.0**end for end in ends], is_log=True, error=error / LN10))
+    return Line(
+        name=name,
+        x=axes[0],
+        y=axes[1],
+        points=coordinates,
+        is_end=np.ones(len(points), dtype=np.bool_),
+        error=error / LN10,
+    )

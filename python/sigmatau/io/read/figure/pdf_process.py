@@ -1,0 +1,90 @@
+"""Read a PDF file in a process of its own, with limits of time and memory.
+
+PDFium is a library in C++, in which a crash or an endless reading of a malicious file cannot be caught.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path as File
+from typing import Any
+
+import numpy as np
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.figure.drawing import Box, Drawing, Path, Text
+
+_SECONDS = 20  # of processor time
+_WAIT = 120.0  # longest wait, on a busy machine [s]
+_MEMORY = 2 << 30  # [bytes]
+_MODULE = "sigmatau.io.read.figure.pdf_process"
+
+
+def read(path: File, page: int | None) -> Drawing:
+    """The drawing of a page, numbered from 1. Raises `DataError`, `OptionError` and ImportError as `pdf.read`."""
+    command = [sys.executable, "-m", _MODULE, str(path), str(page or "")]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=_WAIT, check=False)
+        answer = json.loads(done.stdout)
+    except (subprocess.TimeoutExpired, ValueError):
+        raise DataError("needs too much time or memory, or is damaged. Save the page or the figure alone") from None
+    if "error" in answer:
+        kind, message, option = answer["error"]
+        if kind == "OptionError":
+            raise OptionError(message, option=option)
+        raise ImportError(message) if kind == "ImportError" else DataError(message)
+    return Drawing(
+        width=answer["width"],
+        height=answer["height"],
+        paths=tuple(_path(each) for each in answer["paths"]),
+        texts=tuple(Text(**each) for each in answer["texts"]),
+        has_image=answer["has_image"],
+    )
+
+
+def _path(fields: dict[str, Any]) -> Path:
+    points = np.array(fields.pop("points"), dtype=np.float64).reshape(-1, 2)
+    is_end = np.array(fields.pop("is_end"), dtype=np.bool_)
+    return Path(points=points, is_end=is_end, clip=Box(**fields.pop("clip")), **fields)
+
+
+def _limit() -> None:
+    """Limit this process, where the system can do so."""
+    try:
+        import resource
+    except ImportError:  # Windows; the wait is limited there too
+        return
+    for limit, value in ((resource.RLIMIT_AS, _MEMORY), (resource.RLIMIT_CPU, _SECONDS), (resource.RLIMIT_CORE, 0)):
+        resource.setrlimit(limit, (value, value))
+
+
+def _main(path: str, page: str) -> None:
+    """Write the drawing or the error of a file to standard output."""
+    from dataclasses import asdict
+
+    from sigmatau.io.read.figure import pdf
+
+    _limit()
+    answer: dict[str, Any]
+    try:
+        drawing = pdf.read(File(path).read_bytes(), int(page) if page else None)
+        answer = {
+            "width": drawing.width,
+            "height": drawing.height,
+            "paths": [
+                {**asdict(each), "points": each.points.tolist(), "is_end": each.is_end.tolist()}
+                for each in drawing.paths
+            ],
+            "texts": [asdict(each) for each in drawing.texts],
+            "has_image": drawing.has_image,
+        }
+    except (DataError, OptionError, ImportError) as error:
+        message = error.message if isinstance(error, DataError | OptionError) else str(error)
+        answer = {"error": [type(error).__name__, message, getattr(error, "option", None)]}
+    sys.stdout.write(json.dumps(answer))
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])

@@ -1,0 +1,223 @@
+"""Read the selected lines of a figure: find the file's kind, its lines and its axes. What is uncertain is a question."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
+from sigmatau.io.read.figure import clicks, pdf_process, svg
+from sigmatau.io.read.figure.axis import Axis, stated_axis
+from sigmatau.io.read.figure.candidates import Candidate, candidates_of
+from sigmatau.io.read.figure.drawing import MAX_BYTES, Drawing
+from sigmatau.io.read.figure.labels import labels_of
+from sigmatau.io.read.figure.lines import Line, line_of_values, standard_error
+from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, axes_beside, rows_of
+
+Linear = Literal["x", "y", "xy"]
+
+_HEAD = 1024  # PDF files may begin with other bytes
+_PICTURES = (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"BM", b"II*\0", b"MM\0*", b"RIFF")
+_LISTED = 4  # largest number of lines in a message
+_NUMBERS = 8  # largest number of labels in a message
+_POINT = 1.0  # standard error of a clicked point. Judgement: one pixel
+
+
+def kind_of(path: Path) -> Literal["svg", "pdf", "picture", "table"]:
+    """The kind of a file by its first bytes."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    if head.startswith(_PICTURES):
+        return "picture"
+    if b"%PDF-" in head:
+        return "pdf"
+    return "svg" if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") else "table"
+
+
+@frozen(eq=False)
+class Figure:
+    """The lines of a vector figure that can be curves, and the rows of labels that calibrate axes."""
+
+    drawing: Drawing
+    candidates: tuple[Candidate, ...]
+    rows: dict[str, list[Row]]
+
+
+def open_figure(path: Path, page: int | None) -> Figure:
+    """Read a vector figure. Raises `DataError` if it has no line that can be a curve."""
+    kind = kind_of(path)
+    if kind == "picture":
+        raise DataError(
+            f"is a picture of pixels. Click points along the curve, and give them as CSV with {Hint('x_axis')}"
+        )
+    if kind == "table":
+        raise DataError("is neither SVG nor PDF. Give a vector figure, or a table of points")
+    if path.stat().st_size > MAX_BYTES:
+        raise DataError(f"is larger than {MAX_BYTES / 1e6:g} MB. Save the page or the figure alone")
+    if kind == "svg" and page not in (None, 1):
+        raise OptionError(f"{Hint('page')} is for PDF files. Leave it out", option="page")
+    drawing = pdf_process.read(path, page) if kind == "pdf" else svg.read(path.read_bytes())
+    candidates = candidates_of(drawing)
+    if not candidates:
+        if drawing.has_image:
+            raise DataError(
+                "has a picture of pixels, and no line that can be a curve. Click points, and give them as CSV"
+            )
+        raise DataError("has no line that can be a curve: 8 or more points that advance along x. Click points instead")
+    return Figure(drawing=drawing, candidates=tuple(candidates), rows=rows_of(drawing))
+
+
+def read_lines(
+    path: str | PathLike[str],
+    *,
+    line: str | int | Mapping[str, str | int] | None,
+    page: int | None,
+    x_axis: Mapping[float, float] | None,
+    y_axis: Mapping[float, float] | None,
+    linear: Linear | None,
+    point_error: float | None,
+    columns: Mapping[str, str] | None,
+) -> list[Line]:
+    """The selected lines; parameters and errors as of `sigmatau.read_figure`."""
+    path = Path(path)
+    try:
+        kind = kind_of(path)
+    except OSError as error:
+        raise DataError(f"cannot be read: {error.strerror or error}. Check the path") from None
+    if kind == "table":
+        for option, value in (("line", line), ("page", page)):
+            if value is not None:
+                raise OptionError(f"{Hint(option)} is for SVG and PDF files. Leave it out", option=option)
+        return _clicked(clicks.read(path, columns), x_axis, y_axis, linear, point_error)
+    if columns:
+        raise OptionError(
+            f"{Hint('columns')} is for tables. Select a line with {Hint('line', value=1)}", option="columns"
+        )
+    figure = open_figure(path, page)
+    lines = []
+    for name, candidate in _selected(figure.candidates, line).items():
+        sd = standard_error(candidate) if point_error is None else point_error
+        stated = {"x": _axis(x_axis, "x", linear, sd), "y": _axis(y_axis, "y", linear, sd)}
+        axes = _axes(figure, candidate, stated)
+        _check_directions(axes)
+        lines.append(
+            Line(
+                name=name,
+                x=axes["x"],
+                y=axes["y"],
+                points=candidate.points,
+                is_end=candidate.is_end,
+                error=sd,
+            )
+        )
+    return lines
+
+
+def _axis(points: Mapping[float, float] | None, way: str, linear: Linear | None, error: float) -> Axis | None:
+    if points is None:
+        if linear is not None and way in linear:
+            raise OptionError(f"{Hint('linear')} is for stated axes. Give {Hint(f'{way}_axis')}", option="linear")
+        return None
+    return stated_axis(points, f"{way}_axis", is_log=linear is None or way not in linear, error=error)
+
+
+def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) -> dict[str, Axis]:
+    try:
+        return axes_beside(candidate.box, figure.rows, stated)
+    except AxisError as question:
+        why = question.why or f"its {question.way} axis has no labels beside ticks{_numbers(figure)}"
+        box, option = candidate.box, f"{question.way}_axis"
+        ends = (box.left, box.right) if question.way == "x" else (box.top, box.bottom)
+        hint = Hint(option, value={f"{ends[0]:.4g}": "VALUE", f"{ends[1]:.4g}": "VALUE"})
+        raise OptionError(f"{why}. State two points of the axis, {hint}", option=option) from None
+
+
+def _numbers(figure: Figure) -> str:
+    """The numbers among the texts of the drawing, for a message."""
+    numbers = [label.text for label in labels_of(figure.drawing.texts)]
+    more = ", …" if len(numbers) > _NUMBERS else ""
+    return f", numbers in it: {', '.join(numbers[:_NUMBERS])}{more}" if numbers else ", letters may be outlines"
+
+
+def _check_directions(axes: dict[str, Axis]) -> None:
+    for way, axis, is_wrong in (("x", axes["x"], axes["x"].slope < 0), ("y", axes["y"], axes["y"].slope > 0)):
+        if is_wrong:
+            values = ", ".join(f"{value:g}" for value in axis.values[:2])
+            raise OptionError(
+                f"the values of the {way} axis, {values}, do not rise {DIRECTIONS[way]}. Correct {Hint(f'{way}_axis')}",
+                option=f"{way}_axis",
+            )
+
+
+def describe(candidate: Candidate) -> str:
+    """A line in words: its colour and the number of its points."""
+    kind = "points" if candidate.width else "markers"
+    return f"{candidate.color} ({int(candidate.is_end.sum())} {kind})"
+
+
+def _selected(
+    candidates: Sequence[Candidate], line: str | int | Mapping[str, str | int] | None
+) -> dict[str, Candidate]:
+    """The stated lines by channel; the only one without a statement."""
+    listed = ", ".join(f"{k} {describe(each)}" for k, each in enumerate(candidates[:_LISTED], 1))
+    listed += ", …" if len(candidates) > _LISTED else ""
+    if line is None:
+        if len(candidates) == 1:
+            return {"": candidates[0]}
+        raise OptionError(
+            f"has {len(candidates)} lines: {listed}. Select one, e.g. {Hint('line', value=1)}", option="line"
+        )
+    wanted = dict(line) if isinstance(line, Mapping) else {"": line}
+    result = {}
+    for name, text in wanted.items():
+        number = str(text).strip().lower()
+        if number.isdigit() and 1 <= int(number) <= len(candidates):
+            result[name] = candidates[int(number) - 1]
+            continue
+        matching = [each for each in candidates if each.color == number]
+        if len(matching) != 1:
+            count = f"{len(matching)} lines are" if matching else "no line is"
+            raise OptionError(f"{Hint('line')}: {count} {text!r} among {listed}. Give a number", option="line")
+        result[name] = matching[0]
+    return result
+
+
+def _clicked(
+    curves: Mapping[str, Floats],
+    x_axis: Mapping[float, float] | None,
+    y_axis: Mapping[float, float] | None,
+    linear: Linear | None,
+    point_error: float | None,
+) -> list[Line]:
+    """The lines of clicked points: coordinates with two axes, or values with a relative error."""
+    if (x_axis is None) != (y_axis is None):
+        option = "x_axis" if x_axis is None else "y_axis"
+        raise OptionError(f"coordinates need two axes, values none. Give {Hint(option)} too", option=option)
+    lines = []
+    for name, points in curves.items():
+        if x_axis is None or y_axis is None:
+            if point_error is None:
+                hint = Hint("point_error", value=0.02)
+                raise OptionError(
+                    f"has no axes. For points that are values, give their relative error, {hint}", option="point_error"
+                )
+            if not 0 < point_error < 1:
+                raise OptionError("{option} of values is relative, such as 0.02. Correct it", option="point_error")
+            if points.min() <= 0:
+                raise DataError("has values that are not positive. Correct them, or state the axes")
+            lines.append(line_of_values(name, points, point_error))
+            continue
+        error = _POINT if point_error is None else point_error
+        x, y = _axis(x_axis, "x", linear, error), _axis(y_axis, "y", linear, error)
+        assert x is not None
+        assert y is not None
+        points = points[::-1] if x.slope < 0 else points
+        lines.append(Line(name=name, x=x, y=y, points=points, is_end=np.ones(len(points), dtype=np.bool_), error=error))
+    return lines

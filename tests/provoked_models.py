@@ -2,6 +2,7 @@
 
 import functools
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -31,6 +32,12 @@ from provoking import (
 from sigmatau.noise import terms
 from sigmatau.simulation.imperfections import Outage, Temperature, WarmUp
 from sigmatau.units import to_si
+
+
+def pdf_figure():
+    """Read a figure of a PDF file."""
+    Path("f.pdf").write_bytes(b"%PDF-1.4")
+    return st.read_figure("f.pdf", unit="deg/h")
 
 
 def innovations(n=200, **changed):
@@ -257,6 +264,14 @@ PROVOKED = {
     "read_curves": {
         st.DataError: (lambda: st.read_curves("absent.csv", rate=1, duration=100),),
         st.OptionError: (lambda: st.read_curves("absent.csv", rate=0, duration=100),),
+    },
+    "read_figure": {
+        st.DataError: (lambda: st.read_figure("absent.svg", unit="deg/h"),),
+        st.OptionError: (
+            lambda: st.read_figure("absent.svg", unit="deg/h", rate=0),
+            lambda: st.read_figure("absent.svg", unit="deg/sqrt(h)"),
+        ),
+        ImportError: (lambda: without("pypdfium2", pdf_figure),),
     },
     "CurveSlope.interval": {
         st.OptionError: (lambda: st.fit_slope(curve(), tau_min=0.1, tau_max=10).interval(level=1.5),)

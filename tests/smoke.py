@@ -25,6 +25,7 @@ import sigmatau as st
 EXTRAS = {
     "matplotlib": ("plot", ["analyze", "log.csv", "--plot", "figure.png"]),
     "typst": ("pdf", ["analyze", "log.csv", "--report", "report.pdf"]),
+    "pypdfium2": ("figure", ["curve", "figure.pdf", "--unit", "deg/h"]),
     "starlette": ("app", ["app", "--no-browser"]),
     "sqlalchemy": ("store", ["store", "add", "result.json", "--store", "lab.db"]),
     "pyarrow": ("parquet", ["simulate", "unit.toml", "--hours", "0.01", "--rate", "100", "-o", "log.parquet"]),

@@ -24,6 +24,7 @@ JUSTIFIED = {
     "io/read/column_values.py load_columns": UNLOADABLE,
     "io/read/column_samples.py samples": UNLOADABLE,
     "io/read/gravity.py unit_of_gravity": UNLOADABLE,
+    "io/read/figure/pdf_process.py _main": "an error goes to the process that started this one, which raises it",
     "io/read/inspection.py _count_rows": UNLOADABLE,
     "io/read/inspection.py _look_into": UNDECIDED,
     "io/read/inspection.py _named_places": UNDECIDED,

@@ -43,6 +43,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "Deviation",
             "dynamic_allan",
             "read_curves",
+            "read_figure",
             "Accumulator",
             "plot_overlay",
             "show_in",

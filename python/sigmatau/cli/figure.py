@@ -10,11 +10,15 @@ from sigmatau.cli.options import say
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.estimators.figure import read_figure
+from sigmatau.io.read.figure.labels import find_labels
 from sigmatau.io.read.figure.lines import standard_error
-from sigmatau.io.read.figure.select import Figure, Linear, describe, kind_of, open_figure
-from sigmatau.io.read.figure.ticks import AxisError, axes_beside
+from sigmatau.io.read.figure.select import Figure, Linear, describe, file_kind, open_figure
+from sigmatau.io.read.figure.ticks import AxisError, path_axes
 from sigmatau.results import duration_text
 from sigmatau.typed.pairs import key_numbers, key_values
+
+_LABELS = 60  # largest number of labels in a list
+_WITHOUT = "coordinates"  # of a line whose axes are not calibrated
 
 
 class FigureOptions(NamedTuple):
@@ -36,7 +40,7 @@ class FigureOptions(NamedTuple):
 def has_figure(path: Path, options: FigureOptions) -> bool:
     """Whether a file is a figure or has points of one."""
     try:
-        return bool(options.typed) or kind_of(path) != "table"
+        return bool(options.typed) or file_kind(path) != "table"
     except OSError as error:
         raise DataError(f"cannot be read: {error.strerror}. Check the path").about(str(path)) from None
 
@@ -112,9 +116,12 @@ def listed_lines(path: Path, page: int | None) -> str:
         color, _, count = describe(candidate).partition(" ")
         rows.append((str(k), color, count.strip("()"), f"{candidate.width:.3g}", *_ranges(figure, k - 1)))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    )
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    labels = find_labels(figure.drawing.texts)[:_LABELS]
+    if labels and any(row[-1].startswith(_WITHOUT) for row in rows):
+        places = (f"{label.text} ({label.x:.4g}, {label.y:.4g})" for label in labels)
+        lines.append("numbers and their coordinates: " + ", ".join(places))
+    return "\n".join(lines)
 
 
 def _ranges(figure: Figure, k: int) -> tuple[str, ...]:
@@ -122,10 +129,10 @@ def _ranges(figure: Figure, k: int) -> tuple[str, ...]:
     candidate = figure.candidates[k]
     points = candidate.points
     try:
-        axes = axes_beside(candidate.box, figure.rows, {"x": None, "y": None})
+        axes = path_axes(candidate.box, figure.rows, {"x": None, "y": None})
     except AxisError as question:
         ends = (*points[[0, -1], 0].tolist(), points[:, 1].max(), points[:, 1].min())
-        return (*(f"{end:.4g}" for end in ends), f"coordinates: {question.why or f'no {question.way} labels'}")
+        return (*(f"{end:.4g}" for end in ends), f"{_WITHOUT}: {question.why or f'no {question.way} labels'}")
     x, y = axes["x"].read(points[[0, -1], 0]), axes["y"].read(points[:, 1])
     error = standard_error(candidate)
     relative = float(abs(axes["y"].sensitivity(points[:, 1])).max()) * error

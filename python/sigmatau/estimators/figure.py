@@ -16,7 +16,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.hints import Hint
 from sigmatau.io.read.curve_table import named_channel, rate_unit
-from sigmatau.io.read.figure.lines import Line
+from sigmatau.io.read.figure.lines import FigureLine
 from sigmatau.io.read.figure.select import Linear, read_lines
 
 _PER_OCTAVE = 4  # largest number of averaging times; errors of closer points of a line are not independent
@@ -56,7 +56,7 @@ def read_figure(
     x_axis, y_axis : mapping of float to float, optional
         Values at two or more coordinates of an axis, ``{50: 0.01, 450: 1000}``, with the averaging time in s. The
         coordinates of PDF files are points from the top left. Default: by the tick labels of a vector figure; points
-        without axes are values.
+        without axes are values. [coordinate to s, and to `unit`]
     linear : {"x", "y", "xy"}, optional
         Stated axes that are linear. Default: logarithmic.
     point_error : float, optional
@@ -142,7 +142,7 @@ def read_figure(
 
 
 def _curve(
-    line: Line,
+    line: FigureLine,
     name: str,
     quantity: str,
     unit: str,

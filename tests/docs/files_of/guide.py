@@ -7,6 +7,7 @@ from filter_runs import write_innovations
 from logs_of_pages import AXES, analysed, block_of, copied, filtered, mems_log, noise, table, timed, typed
 from temperature_cycle import write_cycle
 
+from drawn_curves import by_hand
 from sigmatau.cli import main
 from sigmatau.io.write import write
 
@@ -54,6 +55,9 @@ def make(folder: Path) -> None:
     np.savetxt(folder / "stable32.txt", curve, header="AF Tau # Alpha Min Sigma Max")
     header = "tau [s],gyro_x adev [deg/h]"
     np.savetxt(folder / "adev.csv", curve[:, [1, 5]], delimiter=",", header=header, comments="")
+    by_hand(folder / "figure.svg")
+    places = np.c_[80 + 100 * np.log10(tau / 0.01), 310 - 280 / 3 * np.log10(curve[:, 5])]
+    np.savetxt(folder / "clicks.csv", places, delimiter=",", header="x,y", comments="")
     board = noise("board", 3000, 4)
     timed(folder / "board.csv", 0.1 * board, {f"g{k}": "deg/s" for k in range(1, 5)})
     write_cycle(folder)

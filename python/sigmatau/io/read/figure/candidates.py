@@ -1,4 +1,4 @@
-"""The paths of a drawing that can be curves: lines of many points that advance along x, and rows of equal markers."""
+"""The paths of a drawing that can be curves: lines of dense points that advance along x, and rows of equal markers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
-from sigmatau.io.read.figure.drawing import Box, Drawing, Path, box_around
+from sigmatau.io.read.figure.drawing import Box, FigurePage, Path, bounding_box
 
 MIN_POINTS = 8
 """Smallest number of points of a curve: that of a fit, see `sigmatau.fitting.components.MIN_TIMES`."""
@@ -36,22 +36,22 @@ class Candidate:
     @property
     def box(self) -> Box:
         """The rectangle around the points."""
-        return box_around(self.points)
+        return bounding_box(self.points)
 
 
-def candidates_of(drawing: Drawing) -> list[Candidate]:
+def find_candidates(drawing: FigurePage) -> list[Candidate]:
     """All candidates in the order in which they are drawn; of lines drawn twice the last one."""
     lines = [path for path in drawing.paths if path.width > 0 and not path.is_closed]
-    least = _MIN_EXTENT * drawing.width
-    wide = [each for each in map(_candidate, _joined(lines)) if each is not None and _is_wide(each, least)]
-    found = [each for k, each in enumerate(wide) if not any(_is_same(each, later) for later in wide[k + 1 :])]
-    markers = [each for each in _markers(drawing) if _is_wide(each, least)]
-    return found + [each for each in markers if not any(_is_same(each, line) for line in found)]
+    min_width = _MIN_EXTENT * drawing.width
+    wide = [each for each in map(_candidate, _joined(lines)) if each is not None and _is_wide(each, min_width)]
+    curves = [each for k, each in enumerate(wide) if not any(_is_same(each, later) for later in wide[k + 1 :])]
+    markers = [each for each in _markers(drawing) if _is_wide(each, min_width)]
+    return curves + [each for each in markers if not any(_is_same(each, line) for line in curves)]
 
 
-def _is_wide(candidate: Candidate, least: float) -> bool:
+def _is_wide(candidate: Candidate, min_width: float) -> bool:
     box = candidate.box
-    return box.right - box.left >= least and box.bottom > box.top
+    return box.x_max - box.x_min >= min_width and box.y_max > box.y_min
 
 
 def _joined(paths: Sequence[Path]) -> list[Path]:
@@ -94,10 +94,10 @@ def _candidate(path: Path) -> Candidate | None:
         return None
     points, is_end = path.points, path.is_end
     inside = (
-        (points[:, 0] >= path.clip.left - path.width)
-        & (points[:, 0] <= path.clip.right + path.width)
-        & (points[:, 1] >= path.clip.top - path.width)
-        & (points[:, 1] <= path.clip.bottom + path.width)
+        (points[:, 0] >= path.clip.x_min - path.width)
+        & (points[:, 0] <= path.clip.x_max + path.width)
+        & (points[:, 1] >= path.clip.y_min - path.width)
+        & (points[:, 1] <= path.clip.y_max + path.width)
     )
     points, is_end = points[inside], is_end[inside]
     if len(points) and points[0, 0] > points[-1, 0]:
@@ -114,16 +114,16 @@ def _candidate(path: Path) -> Candidate | None:
     )
 
 
-def _markers(drawing: Drawing) -> list[Candidate]:
+def _markers(drawing: FigurePage) -> list[Candidate]:
     """Rows of equal small closed shapes, as curves through their middles."""
     groups: dict[tuple[str, float, float, int], list[tuple[float, float]]] = defaultdict(list)
     quanta: dict[tuple[str, float, float, int], float] = {}
     for path in drawing.paths:
-        box = box_around(path.points)
-        size = (box.right - box.left, box.bottom - box.top)
+        box = bounding_box(path.points)
+        size = (box.x_max - box.x_min, box.y_max - box.y_min)
         if path.is_closed and 0 < max(size) <= _MAX_MARKER * drawing.width:
             key = (path.color, round(size[0], 1), round(size[1], 1), len(path.points))
-            groups[key].append((0.5 * (box.left + box.right), 0.5 * (box.top + box.bottom)))
+            groups[key].append((0.5 * (box.x_min + box.x_max), 0.5 * (box.y_min + box.y_max)))
             quanta[key] = path.quantum
     result = []
     for key, places in groups.items():
@@ -143,9 +143,9 @@ def _markers(drawing: Drawing) -> list[Candidate]:
 
 def _is_same(first: Candidate, second: Candidate) -> bool:
     """Whether two candidates are one curve: a line drawn twice, or markers on the points of a line."""
-    few, many = sorted((first.points, second.points), key=len)
-    if len(few) < 0.5 * len(many):
+    sparse, dense = sorted((first.points, second.points), key=len)
+    if len(sparse) < 0.5 * len(dense):
         return False
-    nearest = np.clip(np.searchsorted(many[:, 0], few[:, 0]), 1, len(many) - 1)
-    distance = np.minimum(np.abs(many[nearest] - few).max(axis=1), np.abs(many[nearest - 1] - few).max(axis=1))
+    nearest = np.clip(np.searchsorted(dense[:, 0], sparse[:, 0]), 1, len(dense) - 1)
+    distance = np.minimum(np.abs(dense[nearest] - sparse).max(axis=1), np.abs(dense[nearest - 1] - sparse).max(axis=1))
     return bool(distance.max() <= _SAME_PLACE)

@@ -27,28 +27,28 @@ TOO_COMPLEX = "has too many paths. Export the figure alone, without other parts 
 class Box:
     """A rectangle."""
 
-    left: float
-    top: float
-    right: float
-    bottom: float
+    x_min: float
+    y_min: float
+    x_max: float
+    y_max: float
 
     def cut(self, box: Box) -> Box:
-        """The common part; empty if right is less than left."""
+        """The common part; empty if x_max is less than x_min."""
         return Box(
-            left=max(self.left, box.left),
-            top=max(self.top, box.top),
-            right=min(self.right, box.right),
-            bottom=min(self.bottom, box.bottom),
+            x_min=max(self.x_min, box.x_min),
+            y_min=max(self.y_min, box.y_min),
+            x_max=min(self.x_max, box.x_max),
+            y_max=min(self.y_max, box.y_max),
         )
 
 
-EVERYWHERE = Box(left=-1e30, top=-1e30, right=1e30, bottom=1e30)
+EVERYWHERE = Box(x_min=-1e30, y_min=-1e30, x_max=1e30, y_max=1e30)
 
 
-def box_around(points: Floats) -> Box:
+def bounding_box(points: Floats) -> Box:
     """The smallest rectangle around points."""
-    (left, top), (right, bottom) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return Box(left=left, top=top, right=right, bottom=bottom)
+    (x_min, y_min), (x_max, y_max) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return Box(x_min=x_min, y_min=y_min, x_max=x_max, y_max=y_max)
 
 
 @frozen(eq=False)
@@ -82,22 +82,22 @@ class Path:
 
 
 @frozen(eq=False)
-class Text:
+class TextPiece:
     """A piece of horizontal text: its ends, its baseline and the size of the font."""
 
     text: str
-    left: float
-    right: float
+    start: float
+    end: float
     baseline: float
     size: float
 
 
 @frozen(eq=False)
-class Drawing:
+class FigurePage:
     """What is visible on a page."""
 
     width: float
     height: float
     paths: tuple[Path, ...]
-    texts: tuple[Text, ...]
+    texts: tuple[TextPiece, ...]
     has_image: bool

@@ -34,7 +34,7 @@ def applied(matrix: Matrix, points: Floats) -> Floats:
     return result
 
 
-def scale_of(matrix: Matrix) -> float:
+def magnification(matrix: Matrix) -> float:
     """Mean magnification."""
     a, b, c, d, _, _ = matrix
     return math.sqrt(abs(a * d - b * c))
@@ -55,7 +55,7 @@ class Pen:
 
     def __init__(self) -> None:
         self.subpaths: list[tuple[Floats, NDArray[np.bool_], bool]] = []
-        self.vertices = 0
+        self.vertices: int = 0
         self._points: list[tuple[float, float]] = []
         self._ends: list[bool] = []
 
@@ -106,7 +106,7 @@ class Pen:
         self.finish()
         if not self.subpaths:
             return []
-        scale = scale_of(matrix)
+        scale = magnification(matrix)
         ends = [points[is_end] for points, is_end, _ in self.subpaths]
         if not all(np.isfinite(points).all() for points in ends):
             return []

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from sigmatau.frozen import frozen
-from sigmatau.io.read.figure.drawing import Text
+from sigmatau.io.read.figure.drawing import TextPiece
 
 _GAP = 0.5  # largest distance of the letters of a word over the size of the font
 _OVERLAP = 0.25  # largest overlap of adjacent letters over the size of the font
@@ -22,21 +22,21 @@ _POWER = re.compile(r"(?:([\d.]+)[·x])?10(?:\^|\*\*)?([-+]?\d{1,2})")
 
 
 @frozen(eq=False)
-class Label:
+class TickLabel:
     """A number beside an axis: its text, its value, and its place."""
 
     text: str
     value: float
     is_power: bool
-    left: float
-    right: float
+    start: float
+    end: float
     baseline: float
     size: float
 
     @property
     def x(self) -> float:
         """Middle of the text."""
-        return 0.5 * (self.left + self.right)
+        return 0.5 * (self.start + self.end)
 
     @property
     def y(self) -> float:
@@ -44,7 +44,7 @@ class Label:
         return self.baseline - 0.36 * self.size
 
 
-def labels_of(texts: Sequence[Text]) -> list[Label]:
+def find_labels(texts: Sequence[TextPiece]) -> list[TickLabel]:
     """All numbers among the texts of a drawing."""
     labels = []
     for word in _words(texts):
@@ -52,12 +52,12 @@ def labels_of(texts: Sequence[Text]) -> list[Label]:
         if number is not None:
             value, is_power = number
             labels.append(
-                Label(
+                TickLabel(
                     text=word.text,
                     value=value,
                     is_power=is_power,
-                    left=word.first.left,
-                    right=word.right,
+                    start=word.first.start,
+                    end=word.end,
                     baseline=word.first.baseline,
                     size=word.first.size,
                 )
@@ -68,36 +68,36 @@ def labels_of(texts: Sequence[Text]) -> list[Label]:
 class _Word:
     """Adjacent pieces of text."""
 
-    def __init__(self, text: Text) -> None:
+    def __init__(self, text: TextPiece) -> None:
         self.first = text
-        self.text, self.right = text.text, text.right
+        self.text, self.end = text.text, text.end
         self.is_raised = False  # whether its last piece is a superscript
 
-    def distance(self, text: Text) -> float | None:
+    def distance(self, text: TextPiece) -> float | None:
         """Distance of the next piece; None if the piece does not continue the word."""
-        gap, size = text.left - self.right, self.first.size
+        gap, size = text.start - self.end, self.first.size
         rise = (self.first.baseline - text.baseline) / size
         is_raised = _RISE[0] <= rise <= _RISE[1] and text.size <= _SMALLER * size
         is_next = -_OVERLAP * size <= gap <= _GAP * size
         return abs(gap) if is_next and (is_raised or abs(rise) <= _SAME_LINE) else None
 
-    def add(self, text: Text) -> None:
+    def add(self, text: TextPiece) -> None:
         """Append a piece; a superscript follows ``^``."""
         is_raised = self.first.baseline - text.baseline >= _RISE[0] * self.first.size
         self.text += f"^{text.text}" if is_raised and not self.is_raised else text.text
-        self.right, self.is_raised = max(self.right, text.right), is_raised
+        self.end, self.is_raised = max(self.end, text.end), is_raised
 
 
-def _words(texts: Sequence[Text]) -> list[_Word]:
+def _words(texts: Sequence[TextPiece]) -> list[_Word]:
     """Join adjacent pieces of text from left to right. Files have them in any order."""
     complete: list[_Word] = []
     words: list[_Word] = []
-    for text in sorted(texts, key=lambda each: each.left):
-        complete += [word for word in words if word.right + _GAP * word.first.size < text.left]
-        words = [word for word in words if word.right + _GAP * word.first.size >= text.left]
-        near = [(distance, k) for k, word in enumerate(words) if (distance := word.distance(text)) is not None]
-        if near:
-            words[min(near)[1]].add(text)
+    for text in sorted(texts, key=lambda each: each.start):
+        complete += [word for word in words if word.end + _GAP * word.first.size < text.start]
+        words = [word for word in words if word.end + _GAP * word.first.size >= text.start]
+        following = [(distance, k) for k, word in enumerate(words) if (distance := word.distance(text)) is not None]
+        if following:
+            words[min(following)[1]].add(text)
         else:
             words.append(_Word(text))
     return complete + words

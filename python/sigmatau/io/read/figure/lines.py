@@ -16,7 +16,7 @@ _WIDTH_ERROR = 0.25  # standard error of a point over the width of the line: 95 
 
 
 @frozen(eq=False)
-class Line:
+class FigureLine:
     """A curve of a figure.
 
     Attributes
@@ -62,7 +62,7 @@ def standard_error(candidate: Candidate) -> float:
     return math.hypot(_WIDTH_ERROR * candidate.width, candidate.quantum / math.sqrt(12))
 
 
-def line_of_values(name: str, points: Floats, error: float) -> Line:
+def line_of_values(name: str, points: Floats, error: float) -> FigureLine:
     """The line of points that are values already, with a relative standard error.
 
     The axes were calibrated by points with the same error at the ends of the curve.
@@ -74,7 +74,7 @@ def line_of_values(name: str, points: Floats, error: float) -> Line:
         if ends[0] == ends[1]:
             ends[1] += 1.0
         axes.append(calibrated(ends, [10.0**end for end in ends], is_log=True, error=error / LN10))
-    return Line(
+    return FigureLine(
         name=name,
         x=axes[0],
         y=axes[1],

@@ -18,23 +18,21 @@ from sigmatau.io.read.figure.drawing import (
     MAX_VERTICES,
     TOO_COMPLEX,
     Box,
-    Drawing,
+    FigurePage,
     Path,
-    Text,
-    box_around,
+    TextPiece,
+    bounding_box,
 )
 from sigmatau.io.read.figure.geometry import Matrix, Pen, applied, combined
 
 _UPRIGHT = 0.02  # largest angle of a text [rad]
 
 
-def read(data: bytes, page: int | None) -> Drawing:
+def read(data: bytes, page: int | None) -> FigurePage:
     """The drawing of a page, numbered from 1."""
-    try:
-        import pypdfium2
-        from pypdfium2 import raw
-    except ImportError:
-        raise ImportError("reading a figure of a PDF file needs pypdfium2: pip install 'sigmatau[figure]'") from None
+    import pypdfium2  # in the call, because it is an extra
+    from pypdfium2 import raw
+
     try:
         document = pypdfium2.PdfDocument(data)
     except pypdfium2.PdfiumError:
@@ -65,25 +63,25 @@ class _Page:
     def __init__(self, page: Any, raw: Any) -> None:  # noqa: ANN401  the library has no types
         self._raw = raw
         self._page = page
-        left, bottom, right, top = page.get_mediabox()
-        width, height = right - left, top - bottom
+        x_min, y_min, x_max, y_max = page.get_mediabox()
+        width, height = x_max - x_min, y_max - y_min
         turned = page.get_rotation()
         self._size = (height, width) if turned in (90, 270) else (width, height)
         self._matrix: Matrix = {
-            90: (0.0, 1.0, 1.0, 0.0, -bottom, -left),
-            180: (-1.0, 0.0, 0.0, 1.0, right, -bottom),
-            270: (0.0, -1.0, -1.0, 0.0, top, right),
-        }.get(turned, (1.0, 0.0, 0.0, -1.0, -left, top))
+            90: (0.0, 1.0, 1.0, 0.0, -y_min, -x_min),
+            180: (-1.0, 0.0, 0.0, 1.0, x_max, -y_min),
+            270: (0.0, -1.0, -1.0, 0.0, y_max, x_max),
+        }.get(turned, (1.0, 0.0, 0.0, -1.0, -x_min, y_max))
         self._paths: list[Path] = []
         self._has_image = False
         self._objects = self._vertices = 0
 
-    def drawing(self) -> Drawing:
+    def drawing(self) -> FigurePage:
         """All that is visible on the page."""
         raw, page = self._raw, self._page.raw
         for k in range(raw.FPDFPage_CountObjects(page)):
             self._add(raw.FPDFPage_GetObject(page, k), self._matrix, 0)
-        return Drawing(
+        return FigurePage(
             width=self._size[0],
             height=self._size[1],
             paths=tuple(self._paths),
@@ -164,33 +162,33 @@ class _Page:
                 raw.FPDFPathSegment_GetPoint(raw.FPDFClipPath_GetPathSegment(region, k, j), x, y)
                 points.append((x.value, y.value))
             if points:
-                result = result.cut(box_around(applied(outer, np.array(points))))
+                result = result.cut(bounding_box(applied(outer, np.array(points))))
         return result
 
-    def _texts(self) -> Iterator[Text]:
+    def _texts(self) -> Iterator[TextPiece]:
         """The letters of the page that are upright."""
         raw = self._raw
         letters = raw.FPDFText_LoadPage(self._page.raw)
         if not letters:
             return
         try:
-            left, right, bottom, top, x, y = (ctypes.c_double() for _ in range(6))
+            x_min, x_max, y_min, y_max, x, y = (ctypes.c_double() for _ in range(6))
             for k in range(min(raw.FPDFText_CountChars(letters), MAX_OBJECTS)):
                 code = raw.FPDFText_GetUnicode(letters, k)
                 cells = raw.FS_MATRIX()
                 if code <= 32 or not raw.FPDFText_GetMatrix(letters, k, cells):
                     continue
-                raw.FPDFText_GetCharBox(letters, k, left, right, bottom, top)
+                raw.FPDFText_GetCharBox(letters, k, x_min, x_max, y_min, y_max)
                 raw.FPDFText_GetCharOrigin(letters, k, x, y)
                 matrix = combined(self._matrix, (cells.a, cells.b, cells.c, cells.d, 0.0, 0.0))
                 if abs(math.atan2(matrix[1], matrix[0])) > _UPRIGHT:
                     continue
-                corners = np.array([(left.value, bottom.value), (right.value, top.value), (x.value, y.value)])
+                corners = np.array([(x_min.value, y_min.value), (x_max.value, y_max.value), (x.value, y.value)])
                 places = applied(self._matrix, corners)
-                yield Text(
+                yield TextPiece(
                     text=chr(code),
-                    left=float(places[:2, 0].min()),
-                    right=float(places[:2, 0].max()),
+                    start=float(places[:2, 0].min()),
+                    end=float(places[:2, 0].max()),
                     baseline=float(places[2, 1]),
                     size=raw.FPDFText_GetFontSize(letters, k) * math.hypot(cells.c, cells.d),
                 )

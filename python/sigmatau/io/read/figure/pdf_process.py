@@ -8,13 +8,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path as File
 from typing import Any
 
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.figure.drawing import Box, Drawing, Path, Text
+from sigmatau.io.read.figure.drawing import Box, FigurePage, Path, TextPiece
 
 _SECONDS = 20  # of processor time
 _WAIT = 120.0  # longest wait, on a busy machine [s]
@@ -22,8 +23,10 @@ _MEMORY = 2 << 30  # [bytes]
 _MODULE = "sigmatau.io.read.figure.pdf_process"
 
 
-def read(path: File, page: int | None) -> Drawing:
+def read(path: File, page: int | None) -> FigurePage:
     """The drawing of a page, numbered from 1. Raises `DataError`, `OptionError` and ImportError as `pdf.read`."""
+    if find_spec("pypdfium2") is None:
+        raise ImportError("a figure of a PDF file needs pypdfium2: pip install 'sigmatau[figure]'")
     command = [sys.executable, "-m", _MODULE, str(path), str(page or "")]
     try:
         done = subprocess.run(command, capture_output=True, timeout=_WAIT, check=False)
@@ -34,12 +37,12 @@ def read(path: File, page: int | None) -> Drawing:
         kind, message, option = answer["error"]
         if kind == "OptionError":
             raise OptionError(message, option=option)
-        raise ImportError(message) if kind == "ImportError" else DataError(message)
-    return Drawing(
+        raise DataError(message)
+    return FigurePage(
         width=answer["width"],
         height=answer["height"],
         paths=tuple(_path(each) for each in answer["paths"]),
-        texts=tuple(Text(**each) for each in answer["texts"]),
+        texts=tuple(TextPiece(**each) for each in answer["texts"]),
         has_image=answer["has_image"],
     )
 
@@ -80,9 +83,8 @@ def _main(path: str, page: str) -> None:
             "texts": [asdict(each) for each in drawing.texts],
             "has_image": drawing.has_image,
         }
-    except (DataError, OptionError, ImportError) as error:
-        message = error.message if isinstance(error, DataError | OptionError) else str(error)
-        answer = {"error": [type(error).__name__, message, getattr(error, "option", None)]}
+    except (DataError, OptionError) as error:
+        answer = {"error": [type(error).__name__, error.message, getattr(error, "option", "")]}
     sys.stdout.write(json.dumps(answer))
 
 

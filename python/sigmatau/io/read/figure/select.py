@@ -15,11 +15,11 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read.figure import clicks, pdf_process, svg
 from sigmatau.io.read.figure.axis import Axis, stated_axis
-from sigmatau.io.read.figure.candidates import Candidate, candidates_of
-from sigmatau.io.read.figure.drawing import MAX_BYTES, Drawing
-from sigmatau.io.read.figure.labels import labels_of
-from sigmatau.io.read.figure.lines import Line, line_of_values, standard_error
-from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, axes_beside, rows_of
+from sigmatau.io.read.figure.candidates import Candidate, find_candidates
+from sigmatau.io.read.figure.drawing import MAX_BYTES, FigurePage
+from sigmatau.io.read.figure.labels import find_labels
+from sigmatau.io.read.figure.lines import FigureLine, line_of_values, standard_error
+from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, calibrate_rows, path_axes
 
 Linear = Literal["x", "y", "xy"]
 
@@ -30,7 +30,7 @@ _NUMBERS = 8  # largest number of labels in a message
 _POINT = 1.0  # standard error of a clicked point. Judgement: one pixel
 
 
-def kind_of(path: Path) -> Literal["svg", "pdf", "picture", "table"]:
+def file_kind(path: Path) -> Literal["svg", "pdf", "picture", "table"]:
     """The kind of a file by its first bytes."""
     with path.open("rb") as file:
         head = file.read(_HEAD)
@@ -45,14 +45,14 @@ def kind_of(path: Path) -> Literal["svg", "pdf", "picture", "table"]:
 class Figure:
     """The lines of a vector figure that can be curves, and the rows of labels that calibrate axes."""
 
-    drawing: Drawing
+    drawing: FigurePage
     candidates: tuple[Candidate, ...]
     rows: dict[str, list[Row]]
 
 
 def open_figure(path: Path, page: int | None) -> Figure:
     """Read a vector figure. Raises `DataError` if it has no line that can be a curve."""
-    kind = kind_of(path)
+    kind = file_kind(path)
     if kind == "picture":
         raise DataError(
             f"is a picture of pixels. Click points along the curve, and give them as CSV with {Hint('x_axis')}"
@@ -64,14 +64,14 @@ def open_figure(path: Path, page: int | None) -> Figure:
     if kind == "svg" and page not in (None, 1):
         raise OptionError(f"{Hint('page')} is for PDF files. Leave it out", option="page")
     drawing = pdf_process.read(path, page) if kind == "pdf" else svg.read(path.read_bytes())
-    candidates = candidates_of(drawing)
+    candidates = find_candidates(drawing)
     if not candidates:
         if drawing.has_image:
             raise DataError(
                 "has a picture of pixels, and no line that can be a curve. Click points, and give them as CSV"
             )
         raise DataError("has no line that can be a curve: 8 or more points that advance along x. Click points instead")
-    return Figure(drawing=drawing, candidates=tuple(candidates), rows=rows_of(drawing))
+    return Figure(drawing=drawing, candidates=tuple(candidates), rows=calibrate_rows(drawing))
 
 
 def read_lines(
@@ -84,11 +84,11 @@ def read_lines(
     linear: Linear | None,
     point_error: float | None,
     columns: Mapping[str, str] | None,
-) -> list[Line]:
+) -> list[FigureLine]:
     """The selected lines; parameters and errors as of `sigmatau.read_figure`."""
     path = Path(path)
     try:
-        kind = kind_of(path)
+        kind = file_kind(path)
     except OSError as error:
         raise DataError(f"cannot be read: {error.strerror or error}. Check the path") from None
     if kind == "table":
@@ -108,7 +108,7 @@ def read_lines(
         axes = _axes(figure, candidate, stated)
         _check_directions(axes)
         lines.append(
-            Line(
+            FigureLine(
                 name=name,
                 x=axes["x"],
                 y=axes["y"],
@@ -130,20 +130,20 @@ def _axis(points: Mapping[float, float] | None, way: str, linear: Linear | None,
 
 def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) -> dict[str, Axis]:
     try:
-        return axes_beside(candidate.box, figure.rows, stated)
+        return path_axes(candidate.box, figure.rows, stated)
     except AxisError as question:
         why = question.why or f"its {question.way} axis has no labels beside ticks{_numbers(figure)}"
         box, option = candidate.box, f"{question.way}_axis"
-        ends = (box.left, box.right) if question.way == "x" else (box.top, box.bottom)
+        ends = (box.x_min, box.x_max) if question.way == "x" else (box.y_min, box.y_max)
         hint = Hint(option, value={f"{ends[0]:.4g}": "VALUE", f"{ends[1]:.4g}": "VALUE"})
         raise OptionError(f"{why}. State two points of the axis, {hint}", option=option) from None
 
 
 def _numbers(figure: Figure) -> str:
     """The numbers among the texts of the drawing, for a message."""
-    numbers = [label.text for label in labels_of(figure.drawing.texts)]
-    more = ", …" if len(numbers) > _NUMBERS else ""
-    return f", numbers in it: {', '.join(numbers[:_NUMBERS])}{more}" if numbers else ", letters may be outlines"
+    numbers = [label.text for label in find_labels(figure.drawing.texts)]
+    ending = ", …" if len(numbers) > _NUMBERS else ""
+    return f", numbers in it: {', '.join(numbers[:_NUMBERS])}{ending}" if numbers else ", letters may be outlines"
 
 
 def _check_directions(axes: dict[str, Axis]) -> None:
@@ -195,7 +195,7 @@ def _clicked(
     y_axis: Mapping[float, float] | None,
     linear: Linear | None,
     point_error: float | None,
-) -> list[Line]:
+) -> list[FigureLine]:
     """The lines of clicked points: coordinates with two axes, or values with a relative error."""
     if (x_axis is None) != (y_axis is None):
         option = "x_axis" if x_axis is None else "y_axis"
@@ -219,5 +219,7 @@ def _clicked(
         assert x is not None
         assert y is not None
         points = points[::-1] if x.slope < 0 else points
-        lines.append(Line(name=name, x=x, y=y, points=points, is_end=np.ones(len(points), dtype=np.bool_), error=error))
+        lines.append(
+            FigureLine(name=name, x=x, y=y, points=points, is_end=np.ones(len(points), dtype=np.bool_), error=error)
+        )
     return lines

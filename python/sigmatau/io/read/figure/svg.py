@@ -19,14 +19,14 @@ from sigmatau.io.read.figure.drawing import (
     MAX_VERTICES,
     TOO_COMPLEX,
     Box,
-    Drawing,
+    FigurePage,
     Path,
-    Text,
-    box_around,
+    TextPiece,
+    bounding_box,
 )
 from sigmatau.io.read.figure.geometry import IDENTITY, Matrix, Pen, combined
-from sigmatau.io.read.figure.svg_style import Sheet, Style, computed, declared, length, sheet_of
-from sigmatau.io.read.figure.svg_text import outlined_text, texts_of
+from sigmatau.io.read.figure.svg_style import Sheet, Style, collect_sheet, computed, declared, length
+from sigmatau.io.read.figure.svg_text import outlined_text, place_texts
 from sigmatau.io.read.figure.svg_tree import COMMENT, Node, parse
 
 _CONTAINERS = ("svg", "g", "a", "switch", "use", "symbol")
@@ -36,16 +36,16 @@ _TRANSFORM = re.compile(r"(matrix|translate|scale|rotate|skewX|skewY)\s*\(([^)]*
 _URL = re.compile(r"url\(\s*['\"]?#([^'\")]+)['\"]?\s*\)")
 
 
-def read(data: bytes) -> Drawing:
+def read(data: bytes) -> FigurePage:
     """The drawing of an SVG file."""
     root = parse(data)
     reader = _Reader(root)
-    reader.walk(root, _State(), depth=0)
+    reader.walk(root, _Inherited(), depth=0)
     box = numbers(root.attributes.get("viewBox", ""))
     width, height = (length(root.attributes.get(name, ""), 0.0) for name in ("width", "height"))
     if len(box) == 4:
         width, height = box[2:]
-    return Drawing(
+    return FigurePage(
         width=width, height=height, paths=tuple(reader.paths), texts=tuple(reader.texts), has_image=reader.has_image
     )
 
@@ -56,7 +56,7 @@ def numbers(text: str) -> list[float]:
 
 
 @frozen(eq=False)
-class _State:
+class _Inherited:
     """What an element takes over from its parents."""
 
     matrix: Matrix = IDENTITY
@@ -67,9 +67,9 @@ class _State:
 class _Reader:
     def __init__(self, root: Node) -> None:
         self.paths: list[Path] = []
-        self.texts: list[Text] = []
+        self.texts: list[TextPiece] = []
         self.has_image = False
-        self._sheet: Sheet = sheet_of(root)
+        self._sheet: Sheet = collect_sheet(root)
         self._ids: dict[str, Node] = {}
         self._objects = self._vertices = 0
         stack = [root]
@@ -79,7 +79,7 @@ class _Reader:
             if (name := node.attributes.get("id")) is not None:
                 self._ids.setdefault(name, node)
 
-    def walk(self, node: Node, parent: _State, *, depth: int) -> None:
+    def walk(self, node: Node, parent: _Inherited, *, depth: int) -> None:
         """Collect the paths and texts of an element and its children."""
         self._objects += 1
         if self._objects > MAX_OBJECTS or self._vertices > MAX_VERTICES or depth > MAX_DEPTH:
@@ -92,17 +92,17 @@ class _Reader:
         if style.opacity <= 0:
             return
         clip = self._clip(values.get("clip-path", ""), matrix, parent.clip, depth)
-        state = _State(matrix=matrix, style=style, clip=clip)
+        state = _Inherited(matrix=matrix, style=style, clip=clip)
         if node.tag in _SHAPES:
             self.paths += self._shape(node, state)
         elif node.tag == "text":
-            self.texts += texts_of(node, matrix, style, self._sheet)
+            self.texts += place_texts(node, matrix, style, self._sheet)
         elif node.tag == "image":
             self.has_image = True
         elif node.tag in _CONTAINERS:
             self._children(node, state, depth)
 
-    def _children(self, node: Node, state: _State, depth: int) -> None:
+    def _children(self, node: Node, state: _Inherited, depth: int) -> None:
         x, y = (length(node.attributes.get(name, ""), 0.0) for name in ("x", "y"))
         if node.tag == "use":
             reference = self._ids.get(node.attributes.get("href", "").removeprefix("#"))
@@ -125,7 +125,7 @@ class _Reader:
                 del self.paths[first:]
             outline = ""
 
-    def _shape(self, node: Node, state: _State) -> list[Path]:
+    def _shape(self, node: Node, state: _Inherited) -> list[Path]:
         style = state.style
         if not (style.is_stroked or style.is_filled):
             return []
@@ -147,10 +147,10 @@ class _Reader:
         for child in region.elements:
             if child.tag in _SHAPES:
                 local = combined(inner, transform(child.attributes.get("transform", "")))
-                paths += self._shape(child, _State(matrix=local))
+                paths += self._shape(child, _Inherited(matrix=local))
         if not paths:
             return clip
-        return clip.cut(box_around(np.concatenate([path.points for path in paths])))
+        return clip.cut(bounding_box(np.concatenate([path.points for path in paths])))
 
 
 def _draw(node: Node, pen: Pen) -> None:

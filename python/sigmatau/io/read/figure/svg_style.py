@@ -73,7 +73,7 @@ def length(text: str, default: float, *, percent: float = 0.0) -> float:
     return number * _UNITS.get(unit, 1.0)
 
 
-def sheet_of(root: Node) -> Sheet:
+def collect_sheet(root: Node) -> Sheet:
     """The declarations of all style elements."""
     sheet: Sheet = {}
     stack = [root]
@@ -91,8 +91,8 @@ def sheet_of(root: Node) -> Sheet:
 
 def _declarations(text: str) -> dict[str, str]:
     pairs = (part.partition(":") for part in text.split(";"))
-    found = {name.strip(): value.strip().removesuffix("!important").strip() for name, _, value in pairs}
-    return {name: value for name, value in found.items() if name in _NAMES}
+    values_by_name = {name.strip(): value.strip().removesuffix("!important").strip() for name, _, value in pairs}
+    return {name: value for name, value in values_by_name.items() if name in _NAMES}
 
 
 def declared(node: Node, sheet: Sheet) -> dict[str, str]:

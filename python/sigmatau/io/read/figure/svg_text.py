@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sigmatau.io.read.figure.drawing import Path, Text, box_around
+from sigmatau.io.read.figure.drawing import Path, TextPiece, bounding_box
 from sigmatau.io.read.figure.geometry import Matrix, applied
 from sigmatau.io.read.figure.svg_style import Sheet, Style, computed, declared, length
 from sigmatau.io.read.figure.svg_tree import Node
@@ -23,7 +23,7 @@ class _Writer:
     """Sets the pieces of one text element; pieces of a line are shifted by its anchor when it is complete."""
 
     def __init__(self, sheet: Sheet) -> None:
-        self.pieces: list[tuple[str, float, float, float, float]] = []  # text, left, right, baseline, size
+        self.pieces: list[tuple[str, float, float, float, float]] = []  # text, start, end, baseline, size
         self._sheet = sheet
         self._line: list[tuple[str, float, float, float, float]] = []
         self._x = self._y = self._start = 0.0
@@ -68,12 +68,12 @@ class _Writer:
         share = {"middle": 0.5, "end": 1.0}.get(self._anchor, 0.0)
         shift = share * (self._x - self._start)
         self.pieces += [
-            (text, left - shift, right - shift, baseline, size) for text, left, right, baseline, size in self._line
+            (text, start - shift, end - shift, baseline, size) for text, start, end, baseline, size in self._line
         ]
         self._line = []
 
 
-def texts_of(node: Node, matrix: Matrix, style: Style, sheet: Sheet) -> list[Text]:
+def place_texts(node: Node, matrix: Matrix, style: Style, sheet: Sheet) -> list[TextPiece]:
     """The pieces of a text element in the coordinates of the page; none if it is not upright."""
     a, b, c, d, _, _ = matrix
     if not (a > 0 and d > 0 and abs(b) < 1e-3 * a and abs(c) < 1e-3 * d):
@@ -82,9 +82,9 @@ def texts_of(node: Node, matrix: Matrix, style: Style, sheet: Sheet) -> list[Tex
     writer.write(node, style, 0.0)
     writer.end_line()
     result = []
-    for text, left, right, baseline, size in writer.pieces:
-        (x0, y), (x1, _) = applied(matrix, np.array([[left, baseline], [right, baseline]])).tolist()
-        result.append(Text(text=text, left=x0, right=x1, baseline=y, size=size * d))
+    for text, start, end, baseline, size in writer.pieces:
+        (x0, y), (x1, _) = applied(matrix, np.array([[start, baseline], [end, baseline]])).tolist()
+        result.append(TextPiece(text=text, start=x0, end=x1, baseline=y, size=size * d))
     return result
 
 
@@ -99,11 +99,11 @@ def _rise(shift: str, style: Style) -> float:
     return length(shift, 0.0, percent=style.font_size)
 
 
-def outlined_text(comment: str, outlines: Sequence[Path]) -> Text | None:
+def outlined_text(comment: str, outlines: Sequence[Path]) -> TextPiece | None:
     """The text of a comment, at the place of the outlines of its letters; None if these are not outlines."""
     if not outlines or not all(path.is_closed and path.width == 0 for path in outlines):
         return None
-    box = box_around(np.concatenate([path.points for path in outlines]))
+    box = bounding_box(np.concatenate([path.points for path in outlines]))
     text = re.sub(r"\\math[a-z]+|[{}$\s]", "", comment)
-    size = (box.bottom - box.top) / (_DIGIT_HEIGHT * (1.4 if "^" in text else 1.0))
-    return Text(text=text, left=box.left, right=box.right, baseline=box.bottom, size=size)
+    size = (box.y_max - box.y_min) / (_DIGIT_HEIGHT * (1.4 if "^" in text else 1.0))
+    return TextPiece(text=text, start=box.x_min, end=box.x_max, baseline=box.y_max, size=size)

@@ -11,8 +11,8 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.io.read.figure.axis import Axis, calibrated
-from sigmatau.io.read.figure.drawing import Box, Drawing
-from sigmatau.io.read.figure.labels import Label, labels_of
+from sigmatau.io.read.figure.drawing import Box, FigurePage
+from sigmatau.io.read.figure.labels import TickLabel, find_labels
 
 _REACH = 3.0  # largest distance of a label from its tick over the size of its font
 _OFFSET = 0.6  # largest offset of the middle of a label from its tick over the size of its font
@@ -22,14 +22,14 @@ _SAME_ROW = 0.3  # largest difference of the places of the labels of a row over 
 _MAX_RESIDUAL = 0.004  # of tick places, relative to the length of the axis. Judgement: a misread label causes more
 _CONTRARY = 0.03  # largest relative difference of a label from the value of the axis
 _MINOR = 8  # smallest number of ticks that show a logarithmic axis
-_MOST = 0.95  # share of them with one significant digit
+_MINOR_SHARE = 0.95  # share of them with one significant digit
 _MAX_TICKS = 2000  # largest number of ticks of an axis, and of labels of a row
 _THIN = 2.0  # largest width of a filled rectangle that stands for a line
-_BESIDE = 0.15  # largest distance of an axis from the end of the other one, relative to the length of that
+_MAX_DISTANCE = 0.15  # largest distance of an axis from the end of the other one, relative to the length of that
 
 _WAYS = {"x": 0, "y": 1}
 DIRECTIONS = {"x": "to the right", "y": "upwards"}
-_WAYS_OF = ("x", "y")
+_COORDINATES = ("x", "y")
 
 
 @frozen(eq=False)
@@ -39,7 +39,7 @@ class Row:
     Attributes
     ----------
     axis : Axis
-    labels : tuple of Label
+    labels : tuple of TickLabel
     first, last : float
         Smallest and largest coordinate of its labelled ticks.
     contrary : tuple of (float, str)
@@ -49,7 +49,7 @@ class Row:
     """
 
     axis: Axis
-    labels: tuple[Label, ...]
+    labels: tuple[TickLabel, ...]
     first: float
     last: float
     contrary: tuple[tuple[float, str], ...]
@@ -62,7 +62,7 @@ class Row:
 
 
 @frozen(eq=False)
-class _Lines:
+class _TickFamily:
     """Parallel lines of one style: their places, and their ends, which they have in common."""
 
     places: Floats
@@ -76,12 +76,13 @@ class AxisError(Exception):
 
     def __init__(self, way: str, why: str) -> None:
         super().__init__(way, why)
-        self.way, self.why = way, why
+        self.way: str = way
+        self.why: str = why
 
 
-def rows_of(drawing: Drawing) -> dict[str, list[Row]]:
+def calibrate_rows(drawing: FigurePage) -> dict[str, list[Row]]:
     """All rows and columns of labels that calibrate an axis, by ``"x"`` and ``"y"``."""
-    labels = labels_of(drawing.texts)
+    labels = find_labels(drawing.texts)
     result: dict[str, list[Row]] = {}
     for way, k in _WAYS.items():
         lines = list(_families(drawing, k))
@@ -90,7 +91,7 @@ def rows_of(drawing: Drawing) -> dict[str, list[Row]]:
     return result
 
 
-def _families(drawing: Drawing, k: int) -> Iterator[_Lines]:
+def _families(drawing: FigurePage, k: int) -> Iterator[_TickFamily]:
     """Lines across an axis, grouped by ends and style."""
     groups: dict[tuple[float, float, str, float], list[float]] = defaultdict(list)
     for path in drawing.paths:
@@ -106,16 +107,16 @@ def _families(drawing: Drawing, k: int) -> Iterator[_Lines]:
         # A place appears twice if a tick is drawn at both ends of the figure, or a line is drawn again.
         unique = np.unique(np.round(places, 3))
         if len(unique) <= _MAX_TICKS:
-            yield _Lines(places=unique, low=low_end, high=high_end, width=width)
+            yield _TickFamily(places=unique, low=low_end, high=high_end, width=width)
 
 
-def _aligned(labels: Sequence[Label], k: int) -> Iterator[tuple[list[Label], list[Label]]]:
+def _aligned(labels: Sequence[TickLabel], k: int) -> Iterator[tuple[list[TickLabel], list[TickLabel]]]:
     """Rows of labels whose values rise or fall, each with all labels aligned with it: those with one baseline, or in a
     column with one left end, middle or right end.
     """
-    for name in ("baseline",) if k == 0 else ("right", "x", "left"):
+    for name in ("baseline",) if k == 0 else ("end", "x", "start"):
         end = attrgetter(name)
-        row: list[Label] = []
+        row: list[TickLabel] = []
         for label in sorted(labels, key=end):
             if row and end(label) - end(row[-1]) > _SAME_ROW * label.size:
                 yield from ((part, row) for part in _monotonic(row, k))
@@ -124,10 +125,10 @@ def _aligned(labels: Sequence[Label], k: int) -> Iterator[tuple[list[Label], lis
         yield from ((part, row) for part in _monotonic(row, k))
 
 
-def _monotonic(row: Sequence[Label], k: int) -> Iterator[list[Label]]:
+def _monotonic(row: Sequence[TickLabel], k: int) -> Iterator[list[TickLabel]]:
     """Divide a row where the values turn: there the labels of the next figure begin."""
-    part: list[Label] = []
-    for label in sorted(row, key=attrgetter(_WAYS_OF[k])):
+    part: list[TickLabel] = []
+    for label in sorted(row, key=attrgetter(_COORDINATES[k])):
         if len(part) > 1 and (label.value > part[-1].value) != (part[-1].value > part[-2].value):
             yield part
             part = []
@@ -136,10 +137,12 @@ def _monotonic(row: Sequence[Label], k: int) -> Iterator[list[Label]]:
         yield part
 
 
-def _calibrate(row: Sequence[Label], whole: Sequence[Label], families: Sequence[_Lines], k: int) -> Row | None:
+def _calibrate(
+    row: Sequence[TickLabel], whole: Sequence[TickLabel], families: Sequence[_TickFamily], k: int
+) -> Row | None:
     """The axis by the lines that fit a row best; None if no lines fit."""
     size = max(label.size for label in row)
-    ends = [(lines, end) for lines in families if (end := _end_beside(lines, row, k)) is not None]
+    ends = [(lines, end) for lines in families if (end := _adjacent_end(lines, row, k)) is not None]
     if not ends:
         return None
     ticks = np.unique(np.concatenate([lines.places for lines, _ in ends]))
@@ -160,7 +163,7 @@ def _calibrate(row: Sequence[Label], whole: Sequence[Label], families: Sequence[
             if axis is not None:
                 score = (len(matched), round(_explained(axis, ticks), 1), -abs(offset))
                 if best is None or score > best[0]:
-                    found = Row(
+                    calibrated_row = Row(
                         axis=axis,
                         labels=tuple(sorted(matched, key=matched.__getitem__)),
                         first=min(matched.values()),
@@ -168,11 +171,13 @@ def _calibrate(row: Sequence[Label], whole: Sequence[Label], families: Sequence[
                         contrary=tuple(_contrary(axis, whole, lines, offset, k)),
                         across=across,
                     )
-                    best = (score, found)
+                    best = (score, calibrated_row)
     return best[1] if best else None
 
 
-def _contrary(axis: Axis, labels: Sequence[Label], lines: _Lines, offset: float, k: int) -> Iterator[tuple[float, str]]:
+def _contrary(
+    axis: Axis, labels: Sequence[TickLabel], lines: _TickFamily, offset: float, k: int
+) -> Iterator[tuple[float, str]]:
     """Labels beside ticks whose value is not that of the axis there."""
     for label in labels:
         middle = (label.x, label.y)[k] + offset
@@ -182,11 +187,11 @@ def _contrary(axis: Axis, labels: Sequence[Label], lines: _Lines, offset: float,
             yield place, label.text
 
 
-def _end_beside(lines: _Lines, row: Sequence[Label], k: int) -> float | None:
+def _adjacent_end(lines: _TickFamily, row: Sequence[TickLabel], k: int) -> float | None:
     """The ends of lines that are beside a row of labels; None if they are far away."""
     for label in row:
         across = (label.y, label.x)[k]
-        reach = _REACH * label.size + (0.5 * (label.right - label.left) if k else 0.0)
+        reach = _REACH * label.size + (0.5 * (label.end - label.start) if k else 0.0)
         end = min((lines.low, lines.high), key=lambda place: abs(place - across))
         if abs(end - across) <= reach:
             return end
@@ -205,7 +210,7 @@ def _explained(axis: Axis, ticks: Floats) -> float:
     return float(np.mean(distance <= _SAME_DIGIT))
 
 
-def _fitted(matched: Mapping[Label, float], lines: _Lines, ticks: Floats) -> Axis | None:
+def _fitted(matched: Mapping[TickLabel, float], lines: _TickFamily, ticks: Floats) -> Axis | None:
     """The axis of labels with the places of their ticks; None if they are too few or contradict each other."""
     places, values = list(matched.values()), [label.value for label in matched]
     count = len({*places})
@@ -218,24 +223,26 @@ def _fitted(matched: Mapping[Label, float], lines: _Lines, ticks: Floats) -> Axi
         return None
     if count == 2:
         # Two plain numbers do not show whether an axis is logarithmic, but the ticks between them do.
-        has_minor = len(ticks) >= _MINOR and _explained(axis, ticks) > _MOST
+        has_minor = len(ticks) >= _MINOR and _explained(axis, ticks) > _MINOR_SHARE
         if not (axis.is_log and (has_minor or all(label.is_power for label in matched))):
             return None
     return axis
 
 
-def axes_beside(box: Box, rows: dict[str, list[Row]], stated: dict[str, Axis | None]) -> dict[str, Axis]:
+def path_axes(box: Box, rows: dict[str, list[Row]], stated: dict[str, Axis | None]) -> dict[str, Axis]:
     """The two axes of a path with the extent `box`: the stated ones, or those of the nearest labels beside it.
 
     Raises `AxisError` without labels, and if the labels at two sides disagree.
     """
-    x_row = None if stated["x"] is not None else _nearest("x", rows["x"], (box.left, box.right), (box.top, box.bottom))
-    span = (box.left, box.right) if x_row is None else (min(box.left, x_row.first), max(box.right, x_row.last))
+    x_row = (
+        None if stated["x"] is not None else _nearest("x", rows["x"], (box.x_min, box.x_max), (box.y_min, box.y_max))
+    )
+    span = (box.x_min, box.x_max) if x_row is None else (min(box.x_min, x_row.first), max(box.x_max, x_row.last))
     y_rows = rows["y"]
     if x_row is not None:
-        margin = _BESIDE * (span[1] - span[0])
+        margin = _MAX_DISTANCE * (span[1] - span[0])
         y_rows = [row for row in y_rows if span[0] - margin <= row.across <= span[1] + margin]
-    y_row = None if stated["y"] is not None else _nearest("y", y_rows, (box.top, box.bottom), span)
+    y_row = None if stated["y"] is not None else _nearest("y", y_rows, (box.y_min, box.y_max), span)
     axes = {way: row.axis if row is not None else stated[way] for way, row in (("x", x_row), ("y", y_row))}
     return {way: axis for way, axis in axes.items() if axis is not None}
 
@@ -269,8 +276,8 @@ def _nearest(way: str, rows: Sequence[Row], extent: tuple[float, float], across:
 
 
 def _covers(row: Row, low: float, high: float) -> bool:
-    """Whether the labels of a row reach the ends of a path to within a third of their extent, or a decade."""
-    margin = 0.34 * (row.last - row.first)
+    """Whether the labels of a row reach the ends of a path to within their mean distance, or a decade."""
+    margin = (row.last - row.first) / (len(row.labels) - 1)
     if row.axis.is_log:
         margin = max(margin, abs(1 / row.axis.slope))
     return row.first - margin <= low and high <= row.last + margin

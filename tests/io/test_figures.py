@@ -64,6 +64,29 @@ def test_a_figure_of_another_program(tmp_path):
     assert curve.adev == pytest.approx(deviation(curve.tau), rel=4e-3)
 
 
+GNUPLOT = """\
+<svg width="600" height="480" viewBox="0 0 600 480" xmlns="http://www.w3.org/2000/svg">
+<g fill="none" color="black" stroke="currentColor" stroke-width="1.00">{}
+<g color="#9400D3"><path stroke='rgb(148, 0, 211)' d='{}'/></g></g></svg>
+"""
+
+
+def test_a_figure_of_gnuplot(tmp_path):
+    """Anchors of groups, texts without a place, superscripts by shifts of the baseline, ticks at both ends in one path."""
+    text = '<g transform="translate({},{})" fill="black" font-size="12" text-anchor="{}"><text><tspan>{}</tspan></text></g>'
+    axes = ""
+    for k in range(3):
+        x, y = 80 + 125 * k, 400 - 100 * k
+        label = f'10</tspan><tspan font-size="9.6" dy="-6.00px">{2 * k - 2}'
+        axes += f"<path d='M80,{y} L89,{y} M580,{y} L571,{y}'/>" + text.format(71.3, y + 3.9, "end", f" {10**k}")
+        axes += f"<path d='M{x},400 L{x},391'/>" + text.format(x, 421.9, "middle", label)
+    tau = np.geomspace(0.01, 100, 30)
+    x, y = 80 + 62.5 * (np.log10(tau) + 2), 400 - 100 * np.log10(DEGREES_PER_HOUR * deviation(tau))
+    line = "M" + " L".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+    curve = read(written(tmp_path / "gnuplot.svg", GNUPLOT.format(axes, line)))
+    assert curve.adev == pytest.approx(deviation(curve.tau), rel=6e-3)
+
+
 def test_lines_are_selected_by_number_or_colour(tmp_path):
     result, axes = figure()
     for factor, color in ((1, "red"), (2, "#00ff00"), (3, "red")):
@@ -154,6 +177,17 @@ def test_a_variance(tmp_path):
 def test_uncertain_axes_are_asked_for(tmp_path, labels, message):
     with pytest.raises(st.OptionError, match=re.escape(message)):
         read(by_hand(tmp_path / "hand.svg", **labels))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("title", ["τ [h]", "averaging time (min)"])
+def test_times_that_are_not_in_seconds(tmp_path, name, title):
+    result, axes = figure()
+    axes.plot(times(), DEGREES_PER_HOUR * deviation(times()))
+    axes.set_xlabel(title)
+    unit = title.rstrip("])").rpartition("[")[2].rpartition("(")[2]
+    with pytest.raises(st.OptionError, match=f"has times in {unit}"):
+        read(saved(result, tmp_path / name))
 
 
 def test_two_y_axes_are_asked_for(tmp_path):

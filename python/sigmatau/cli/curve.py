@@ -73,9 +73,9 @@ def curve_command(
     columns
         The columns by name or number: tau=1,gyro_x=6, of clicked points x=1,gyro_x=2. Default: by their names.
     unit
-        Unit of the rate: deg/h, rad/s, m/s^2, ug. Default: that of the header.
+        Unit of the rate: deg/h, rad/s, m/s^2, ug. Default: that of the header; required for a figure.
     content
-        Whether the columns have deviations or variances. Default: as the header states.
+        Whether the columns have deviations or variances. Default: as the header states; deviations for a figure.
     list_
         List the lines of a figure that can be curves, with colour and number of points, and do nothing else.
     line

@@ -394,7 +394,7 @@ impl Gls {
         // The errors of reading a figure are normal: they widen the distribution without skewness.
         let share = (1.0 - digitised / (sigma * sigma)).max(0.0);
         // Independent modes overestimate the degrees of freedom where the ends of the record matter.
-        let correction = (sigma * (share / variance).sqrt()).clamp(0.7, 1.5) * share.powf(1.5);
+        let correction = (share.sqrt() * sigma / variance.sqrt()).clamp(0.7, 1.5) * share.powf(1.5);
         Ok(Statistic {
             z: finite((estimate - trial) / sigma)?,
             sigma,

@@ -18,6 +18,7 @@ _MINUS = str.maketrans(dict.fromkeys("−–‒‐‑﹣－", "-") | {"⋅": "·
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 _PLAIN = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?")
 _THOUSANDS = re.compile(r"\d{1,3}(?:,\d{3})+(?:\.\d*)?")
+_OTHER_TIME = re.compile(r"[\[(](h|hrs?|hours?|min|minutes?|days?|ms|[µμ]s|samples?)[\])]")
 _POWER = re.compile(r"(?:([\d.]+)[·x])?10(?:\^|\*\*)?([-+]?\d{1,2})")
 
 
@@ -63,6 +64,14 @@ def find_labels(texts: Sequence[TextPiece]) -> list[TickLabel]:
                 )
             )
     return labels
+
+
+def unit_of_time(texts: Sequence[TextPiece]) -> str:
+    """The unit of time of a title such as ``τ [h]``, other than seconds; empty if there is none."""
+    for word in _words(texts):
+        if match := _OTHER_TIME.search(word.text):
+            return match[1]
+    return ""
 
 
 class _Word:

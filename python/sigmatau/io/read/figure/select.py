@@ -17,7 +17,7 @@ from sigmatau.io.read.figure import clicks, pdf_process, svg
 from sigmatau.io.read.figure.axis import Axis, stated_axis
 from sigmatau.io.read.figure.candidates import Candidate, find_candidates
 from sigmatau.io.read.figure.drawing import MAX_BYTES, FigurePage
-from sigmatau.io.read.figure.labels import find_labels
+from sigmatau.io.read.figure.labels import find_labels, unit_of_time
 from sigmatau.io.read.figure.lines import FigureLine, line_of_values, standard_error
 from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, calibrate_rows, path_axes
 
@@ -129,6 +129,10 @@ def _axis(points: Mapping[float, float] | None, way: str, linear: Linear | None,
 
 
 def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) -> dict[str, Axis]:
+    unit = unit_of_time(figure.drawing.texts) if stated["x"] is None else ""
+    if unit:
+        hint = Hint("x_axis", value={"COORDINATE": "SECONDS"})
+        raise OptionError(f"has times in {unit}. State two points of the x axis in s, {hint}", option="x_axis")
     try:
         return path_axes(candidate.box, figure.rows, stated)
     except AxisError as question:

@@ -22,12 +22,12 @@ _DIGIT_HEIGHT = 0.73  # over the size of the font
 class _Writer:
     """Sets the pieces of one text element; pieces of a line are shifted by its anchor when it is complete."""
 
-    def __init__(self, sheet: Sheet) -> None:
+    def __init__(self, sheet: Sheet, anchor: str) -> None:
         self.pieces: list[tuple[str, float, float, float, float]] = []  # text, start, end, baseline, size
         self._sheet = sheet
         self._line: list[tuple[str, float, float, float, float]] = []
         self._x = self._y = self._start = 0.0
-        self._anchor = "start"
+        self._anchor = anchor
 
     def write(self, node: Node, style: Style, rise: float) -> None:
         """Set the texts of an element, then those of its children, in their order."""
@@ -78,7 +78,7 @@ def place_texts(node: Node, matrix: Matrix, style: Style, sheet: Sheet) -> list[
     a, b, c, d, _, _ = matrix
     if not (a > 0 and d > 0 and abs(b) < 1e-3 * a and abs(c) < 1e-3 * d):
         return []
-    writer = _Writer(sheet)
+    writer = _Writer(sheet, style.anchor)
     writer.write(node, style, 0.0)
     writer.end_line()
     result = []

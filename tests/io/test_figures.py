@@ -119,7 +119,7 @@ def test_figures_side_by_side_have_their_axes(tmp_path):
 def test_linear_axes_and_markers(tmp_path):
     result, axes = figure()
     axes.plot(times(), DEGREES_PER_HOUR * deviation(times()), "s")
-    axes.set_yscale("linear")
+    axes.set(yscale="linear", ylim=(0, None))
     curve = read(saved(result, tmp_path / "type42.pdf"))
     assert curve.adev == pytest.approx(deviation(curve.tau), rel=5e-3)
 

@@ -6,12 +6,13 @@ import re
 from collections.abc import Sequence
 
 from sigmatau.frozen import frozen
-from sigmatau.io.read.figure.drawing import TextPiece
+from sigmatau.io.read.figure.drawing import Box, TextPiece
 
 _GAP = 0.5  # largest distance of the letters of a word over the size of the font
 _OVERLAP = 0.25  # largest overlap of adjacent letters over the size of the font
 _SAME_LINE = 0.2  # largest difference of the baselines of a word over the size of the font
 _RISE = (0.2, 0.9)  # rise of a superscript over the size of the font
+_TITLE = 6.0  # largest distance of the title of the x axis from the axis over the size of the font
 _SMALLER = 0.9  # size of a superscript over that of its base, at most
 
 _MINUS = str.maketrans(dict.fromkeys("−–‒‐‑﹣－", "-") | {"⋅": "·", "×": "·", "*": "·", " ": ""})
@@ -66,10 +67,13 @@ def find_labels(texts: Sequence[TextPiece]) -> list[TickLabel]:
     return labels
 
 
-def unit_of_time(texts: Sequence[TextPiece]) -> str:
-    """The unit of time of a title such as ``τ [h]``, other than seconds; empty if there is none."""
+def unit_of_time(texts: Sequence[TextPiece], box: Box) -> str:
+    """The unit of time of a title such as ``τ [h]`` below a line, other than seconds; empty if there is none."""
+    reach = box.y_max - box.y_min
     for word in _words(texts):
-        if match := _OTHER_TIME.search(word.text):
+        is_below = 0 < word.first.baseline - box.y_max < reach + _TITLE * word.first.size
+        is_within = word.end > box.x_min and word.first.start < box.x_max
+        if is_below and is_within and (match := _OTHER_TIME.search(word.text)):
             return match[1]
     return ""
 

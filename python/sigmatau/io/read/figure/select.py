@@ -129,7 +129,7 @@ def _axis(points: Mapping[float, float] | None, way: str, linear: Linear | None,
 
 
 def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) -> dict[str, Axis]:
-    unit = unit_of_time(figure.drawing.texts) if stated["x"] is None else ""
+    unit = unit_of_time(figure.drawing.texts, candidate.box) if stated["x"] is None else ""
     if unit:
         hint = Hint("x_axis", value={"COORDINATE": "SECONDS"})
         raise OptionError(f"has times in {unit}. State two points of the x axis in s, {hint}", option="x_axis")

@@ -20,7 +20,7 @@ _UNEVEN = 0.2  # largest difference of the offsets of the labels of a row over t
 _SAME_DIGIT = 0.01  # largest distance of a tick from a number with one digit [decades]; 9 and 10 are 0.046 apart
 _SAME_ROW = 0.3  # largest difference of the places of the labels of a row over the size of the font
 _MAX_RESIDUAL = 0.004  # of tick places, relative to the length of the axis. Judgement: a misread label causes more
-_CONTRARY = 0.03  # largest relative difference of a label from the value of the axis
+_CONTRARY = 0.03  # largest difference of a label from the value of the axis, relative to it or to a linear axis
 _MINOR = 8  # smallest number of ticks that show a logarithmic axis
 _MINOR_SHARE = 0.95  # share of them with one significant digit
 _MAX_TICKS = 2000  # largest number of ticks of an axis, and of labels of a row
@@ -179,11 +179,14 @@ def _contrary(
     axis: Axis, labels: Sequence[TickLabel], lines: _TickFamily, offset: float, k: int
 ) -> Iterator[tuple[float, str]]:
     """Labels beside ticks whose value is not that of the axis there."""
+    extent = max(axis.values) - min(axis.values)
     for label in labels:
         middle = (label.x, label.y)[k] + offset
         place = float(lines.places[np.abs(lines.places - middle).argmin()])
         value = float(axis.read(np.array([place]))[0])
-        if abs(place - middle) <= _UNEVEN * label.size and abs(value - label.value) > _CONTRARY * abs(value):
+        if abs(place - middle) <= _UNEVEN * label.size and abs(value - label.value) > _CONTRARY * (
+            abs(value) if axis.is_log else extent
+        ):
             yield place, label.text
 
 

@@ -10,14 +10,11 @@ import pytest
 from conftest import ROOT
 
 KILLS = int(os.environ.get("SIGMATAU_KILLS", "8"))  # of each kind; `make fuzz` ends 200
-long = pytest.mark.long
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no forks")
 
 
-@pytest.mark.parametrize(
-    "kind", ["json", "migration", pytest.param("report", marks=long), pytest.param("archive", marks=long)]
-)
+@pytest.mark.parametrize("kind", ["json", "migration", "report", "archive"])
 def test_outputs_are_old_or_new(tmp_path, kind):
     if kind == "migration":
         pytest.importorskip("sqlalchemy")

@@ -2,7 +2,6 @@
 
 import time
 
-import pytest
 from fleets import HOOK, Processes, contents, ended, make_logs
 
 from conftest import skip_without
@@ -27,7 +26,6 @@ jump()
 """
 
 
-@pytest.mark.long
 def test_the_clock_jumps_during_a_fleet(tmp_path):
     logs = make_logs(tmp_path / "logs", LOGS)
     with Processes(tmp_path) as processes:

@@ -78,7 +78,7 @@ def people(samples: int) -> Record:
     rng = np.random.default_rng(5)
     model = NoiseModel(channels={f"gyro_{axis}": {"random_walk": 2e-7, "quantization": 2e-6} for axis in "xyz"})
     record = simulate(model, duration=samples / RATE, rate=RATE, rng=6)
-    axes = {name: np.array(record.stream_of(name).column(name)) for name in model.channels}
+    axes: dict[str, Any] = {name: np.array(record.stream_of(name).column(name)) for name in model.channels}
     decay = np.exp(-np.arange(300) / 60) * np.sin(2 * np.pi * 3.0 / RATE * np.arange(300))
     for start in rng.integers(samples // 10, samples - 300, 30):
         for x in axes.values():

@@ -57,7 +57,7 @@ class FittedMatern(Plain):
     @property
     def slope_observed(self) -> bool:
         """Whether the interval of the smoothness is narrower than its range."""
-        return self.observed and not (self._at(0) and self._at(1))
+        return self.observed and not (self._is_open(0) and self._is_open(1))
 
     def to_process(self) -> Matern:
         """The process for a `ChannelModel`.
@@ -93,13 +93,13 @@ class FittedMatern(Plain):
         ends = self.smoothness.low, self.smoothness.high
         if not self.slope_observed or ends[0] is None or ends[1] is None:
             return "not determined"
-        if self._at(0):
+        if self._is_open(0):
             return f"below {two_digits(ends[1])}"
-        if self._at(1):
+        if self._is_open(1):
             return f"above {two_digits(ends[0])}"
         return round_to_error(self.smoothness.value, *ends).text
 
-    def _at(self, end: int) -> bool:
+    def _is_open(self, end: int) -> bool:
         """Whether the lower (0) or upper (1) end of the smoothness is that of its range."""
         value = (self.smoothness.low, self.smoothness.high)[end]
         return value is None or abs(value - SMOOTHNESS[end]) < _AT_LIMIT

@@ -267,8 +267,8 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
             sigma = _interval_text(process.sigma, factor, unit)
             texts.append(f"Gauss-Markov process of {sigma}, correlation time {_interval_text(process.time, 1.0, 's')}")
         if self.matern is not None:
-            size, of = display_units("bias_instability", self.quantity, self.rate_unit, [self.matern.sigma.value])[-1]
-            texts.append(self.matern.text(of, size, longest=0.25 * self.n * self.tau0))
+            name, size = display_units("bias_instability", self.quantity, self.rate_unit, [self.matern.sigma.value])[-1]
+            texts.append(self.matern.text(size, name, longest=0.25 * self.n * self.tau0))
         for resonance in self.resonance:
             sigma, frequency = (
                 _interval_text(resonance.sigma, factor, unit),

@@ -21,7 +21,6 @@ from pathlib import Path
 import numpy as np
 
 from sigmatau.cli import main
-from sigmatau.lab.store.store import Store
 
 FROZEN = Path(__file__).parent / "lab" / "store" / "frozen" / "store-0003.sql"
 COPIES = 40  # of each run of the frozen store
@@ -114,10 +113,14 @@ class Migration:
         (folder / "store.db").write_bytes((folder / "first.db").read_bytes())
 
     def run(self):
+        from sigmatau.lab.store.store import Store
+
         Store("store.db").close()
         return 0
 
     def outcome(self, folder):
+        from sigmatau.lab.store.store import Store
+
         with closing(sqlite3.connect(folder / "store.db")) as base:
             assert base.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
             (version,) = base.execute("SELECT version_num FROM alembic_version").fetchone()

@@ -90,6 +90,8 @@ WORDS = {
     "Deviation against time of day (DAVAR)": ("dynamic", "davar"),
     "Power spectral density": ("welch", "periodogram"),
     "Curve of a file read, fitted, compared": ("curve", "read_"),
+    "Curve of a datasheet's figure (SVG, PDF, clicked points)": ("digit", "figure", "svg"),
+    "Matérn process simulated and fitted": ("matern", "markov"),
     "Fit of the noise terms": ("fit", "estimate"),
     "Interval or limit of every coefficient": ("fit", "estimate", "limit"),
     "Logs and bags read": ("bag", "read_"),

@@ -6,6 +6,7 @@ import random
 import re
 import resource
 import time
+from pathlib import Path
 
 import known
 from sigmatau.errors import DataError, OptionError
@@ -14,7 +15,7 @@ from sigmatau.io.read import read
 PAGE = 4096
 SECONDS = 30.0  # longest time for one small file: a hang, not a slow machine [s]
 MUTANTS = float(os.environ.get("SIGMATAU_MUTANTS", "0.4"))  # factor on the number of mutants; 10 in `make fuzz`
-SPACE = 6 << 30  # limit of the address space, so that excessive allocations fail [bytes]
+SPACE = 6 << 30  # limit of the further address space, so that excessive allocations fail [bytes]
 
 
 def mutants(count):
@@ -102,7 +103,8 @@ def survives(name, raw, path, count, *, place=None, **options):
     """
     rng = random.Random(known.seed_of(name))
     old = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (SPACE, old[1]))
+    pages = int(Path("/proc/self/statm").read_text().split()[0]) if Path("/proc/self/statm").exists() else 0
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + SPACE, old[1]))
     good = 0
     try:
         for number in mutants(count):

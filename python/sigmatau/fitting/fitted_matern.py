@@ -76,7 +76,21 @@ class FittedMatern(Plain):
         return Matern(sigma=self.sigma.value, time=self.time.value, smoothness=self.smoothness.value)
 
     def text(self, factor: float, unit: str, *, longest: float) -> str:
-        """The process in words, in a unit of the size `factor`; `longest` is the limit of the correlation time. [s]"""
+        """Text of the process.
+
+        Parameters
+        ----------
+        factor : float
+            Size of the unit. [SI]
+        unit : str
+            Unit of the standard deviation.
+        longest : float
+            Limit of the correlation time. [s]
+
+        Returns
+        -------
+        str
+        """
         if not self.observed:
             limit = "" if self.upper_limit is None else f": below {two_digits(self.upper_limit / factor)} {unit}"
             return f"no Matérn process seen{limit}"

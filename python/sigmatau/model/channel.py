@@ -525,7 +525,7 @@ class ChannelModel(Mapping[str, float], Printed):
         >>> from sigmatau import ChannelModel, Matern, state_space
         >>> model = ChannelModel(matern=(Matern(sigma=1e-5, time=100.0, smoothness=0.25),)).expand_matern(rate=10.0)
         >>> len(state_space(model, dt=0.1).states)
-        16
+        14
         """
         tau0 = 1 / check_sampling_rate(rate)
         if not self.matern:

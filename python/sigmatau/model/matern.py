@@ -55,9 +55,9 @@ class Matern:
     Examples
     --------
     >>> from sigmatau import ChannelModel, Matern
-    >>> process = Matern(sigma=1e-5, time=100.0, smoothness=0.25)
-    >>> ChannelModel(matern=(process,)).autocovariance([0, 100], tau0=1.0).round(13)
-    array([1.00e-10, 2.49e-11])
+    >>> process = Matern(sigma=2.0, time=100.0, smoothness=0.25)
+    >>> ChannelModel(matern=(process,)).autocovariance([0, 100], tau0=1.0).round(4)
+    array([4.    , 0.7992])
     """
 
     sigma: float

@@ -26,6 +26,7 @@ Linear = Literal["x", "y", "xy"]
 _HEAD = 1024  # PDF files may begin with other bytes
 _PICTURES = (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"BM", b"II*\0", b"MM\0*", b"RIFF")
 _LISTED = 4  # largest number of lines in a message
+_OPTIONS = {"x": "x_axis", "y": "y_axis"}
 _NUMBERS = 8  # largest number of labels in a message
 _POINT = 1.0  # standard error of a clicked point. Judgement: one pixel
 
@@ -123,9 +124,9 @@ def read_lines(
 def _axis(points: Mapping[float, float] | None, way: str, linear: Linear | None, error: float) -> Axis | None:
     if points is None:
         if linear is not None and way in linear:
-            raise OptionError(f"{Hint('linear')} is for stated axes. Give {Hint(f'{way}_axis')}", option="linear")
+            raise OptionError(f"{Hint('linear')} is for stated axes. Give {Hint(_OPTIONS[way])}", option="linear")
         return None
-    return stated_axis(points, f"{way}_axis", is_log=linear is None or way not in linear, error=error)
+    return stated_axis(points, _OPTIONS[way], is_log=linear is None or way not in linear, error=error)
 
 
 def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) -> dict[str, Axis]:
@@ -137,7 +138,7 @@ def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) 
         return path_axes(candidate.box, figure.rows, stated)
     except AxisError as question:
         why = question.why or f"its {question.way} axis has no labels beside ticks{_numbers(figure)}"
-        box, option = candidate.box, f"{question.way}_axis"
+        box, option = candidate.box, _OPTIONS[question.way]
         ends = (box.x_min, box.x_max) if question.way == "x" else (box.y_min, box.y_max)
         hint = Hint(option, value={f"{ends[0]:.4g}": "VALUE", f"{ends[1]:.4g}": "VALUE"})
         raise OptionError(f"{why}. State two points of the axis, {hint}", option=option) from None
@@ -155,8 +156,8 @@ def _check_directions(axes: dict[str, Axis]) -> None:
         if is_wrong:
             values = ", ".join(f"{value:g}" for value in axis.values[:2])
             raise OptionError(
-                f"the values of the {way} axis, {values}, do not rise {DIRECTIONS[way]}. Correct {Hint(f'{way}_axis')}",
-                option=f"{way}_axis",
+                f"the values of the {way} axis, {values}, do not rise {DIRECTIONS[way]}. Correct {Hint(_OPTIONS[way])}",
+                option=_OPTIONS[way],
             )
 
 

@@ -186,7 +186,7 @@ def test_times_that_are_not_in_seconds(tmp_path, name, title):
     axes.plot(times(), DEGREES_PER_HOUR * deviation(times()))
     axes.set_xlabel(title)
     unit = title.rstrip("])").rpartition("[")[2].rpartition("(")[2]
-    with pytest.raises(st.OptionError, match=f"has times in {unit}"):
+    with pytest.raises(st.OptionError, match=f"has an x axis in {unit}"):
         read(saved(result, tmp_path / name))
 
 

@@ -118,6 +118,8 @@ def read_figure(
     try:
         lines = read_lines(
             path,
+            unit=unit,
+            is_variance=content == "variance",
             line=line,
             page=page,
             x_axis=x_axis,

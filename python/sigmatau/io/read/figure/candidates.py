@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.arrays import Floats
+from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.io.read.figure.drawing import Box, FigurePage, Path, bounding_box
+from sigmatau.io.read.figure.drawing import TOO_COMPLEX, Box, FigurePage, Path, bounding_box
 
 MIN_POINTS = 8
 """Smallest number of points of a curve: that of a fit, see `sigmatau.fitting.components.MIN_TIMES`."""
@@ -18,6 +19,7 @@ MIN_POINTS = 8
 _MIN_EXTENT = (
     0.08  # smallest width of a curve over that of the page. Judgement: a page has up to three figures side by side
 )
+_MAX_LINES = 1000  # largest number of lines that are compared with each other. Measured: 5 s
 _JOINT = 0.02  # largest distance of the ends of two parts of a line [units of the page]
 _SAME_PLACE = 0.3  # largest distance of the points of a line drawn twice, or of a marker from its point
 _MAX_MARKER = 0.03  # largest size of a marker over the width of the page
@@ -44,6 +46,8 @@ def find_candidates(drawing: FigurePage) -> list[Candidate]:
     lines = [path for path in drawing.paths if path.width > 0 and not path.is_closed]
     min_width = _MIN_EXTENT * drawing.width
     wide = [each for each in map(_candidate, _joined(lines)) if each is not None and _is_wide(each, min_width)]
+    if len(wide) > _MAX_LINES:
+        raise DataError(TOO_COMPLEX)
     curves = [each for k, each in enumerate(wide) if not any(_is_same(each, later) for later in wide[k + 1 :])]
     markers = [each for each in _markers(drawing) if _is_wide(each, min_width)]
     return curves + [each for each in markers if not any(_is_same(each, line) for line in curves)]

@@ -94,10 +94,11 @@ class TextPiece:
 
 @frozen(eq=False)
 class FigurePage:
-    """What is visible on a page."""
+    """What is visible on a page; `titles` are the texts that are not horizontal."""
 
     width: float
     height: float
     paths: tuple[Path, ...]
     texts: tuple[TextPiece, ...]
+    titles: tuple[str, ...]
     has_image: bool

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
+from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.io.read.figure.drawing import Box, TextPiece
+from sigmatau.io.read.figure.drawing import TOO_COMPLEX, TextPiece
 
 _GAP = 0.5  # largest distance of the letters of a word over the size of the font
 _OVERLAP = 0.25  # largest overlap of adjacent letters over the size of the font
 _SAME_LINE = 0.2  # largest difference of the baselines of a word over the size of the font
 _RISE = (0.2, 0.9)  # rise of a superscript over the size of the font
-_TITLE = 6.0  # largest distance of the title of the x axis from the axis over the size of the font
 _SMALLER = 0.9  # size of a superscript over that of its base, at most
+_MAX_LETTERS = 24  # of a number
+_MAX_COMPARED = 10_000_000  # pairs of pieces of text. Measured: 5 s
+_BASE_GAP = 1.0  # largest distance of a superscript from the base 10 over the size of the font
 
 _MINUS = str.maketrans(dict.fromkeys("−–‒‐‑﹣－", "-") | {"⋅": "·", "×": "·", "*": "·", " ": ""})
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 _PLAIN = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?")
-_THOUSANDS = re.compile(r"\d{1,3}(?:,\d{3})+(?:\.\d*)?")
-_OTHER_TIME = re.compile(r"[\[(](h|hrs?|hours?|min|minutes?|days?|ms|[µμ]s|samples?)[\])]")
+_THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:,\d{3})+(?:\.\d*)?")
+_DECIMAL_COMMA = re.compile(r"0,\d+|\d+,\d{1,2}|\d{1,3}(?:\.\d{3}){2,}")  # texts that no decimal point explains
+_THOUSAND_POINTS = re.compile(r"[1-9]\d{0,2}(?:\.\d{3})+")
 _POWER = re.compile(r"(?:([\d.]+)[·x])?10(?:\^|\*\*)?([-+]?\d{1,2})")
 
 
@@ -48,10 +53,17 @@ class TickLabel:
 
 def find_labels(texts: Sequence[TextPiece]) -> list[TickLabel]:
     """All numbers among the texts of a drawing."""
+    return labels_among(joined_words(texts))
+
+
+def labels_among(words: Sequence[Word]) -> list[TickLabel]:
+    """All numbers among words. A comma is a decimal one everywhere if no other reading explains one of them."""
     labels = []
-    for word in _words(texts):
-        number = parse_number(word.text)
-        if number is not None:
+    words = [word for word in words if len(word.text) <= _MAX_LETTERS]
+    has_comma = any(_DECIMAL_COMMA.fullmatch(word.text.strip()) for word in words)
+    for word in words:
+        number = parse_number(word.text, decimal_comma=has_comma)
+        if number is not None and math.isfinite(number[0]):
             value, is_power = number
             labels.append(
                 TickLabel(
@@ -67,56 +79,74 @@ def find_labels(texts: Sequence[TextPiece]) -> list[TickLabel]:
     return labels
 
 
-def unit_of_time(texts: Sequence[TextPiece], box: Box) -> str:
-    """The unit of time of a title such as ``τ [h]`` below a line, other than seconds; empty if there is none."""
-    reach = box.y_max - box.y_min
-    for word in _words(texts):
-        is_below = 0 < word.first.baseline - box.y_max < reach + _TITLE * word.first.size
-        is_within = word.end > box.x_min and word.first.start < box.x_max
-        if is_below and is_within and (match := _OTHER_TIME.search(word.text)):
-            return match[1]
-    return ""
-
-
-class _Word:
+class Word:
     """Adjacent pieces of text."""
 
     def __init__(self, text: TextPiece) -> None:
         self.first = text
-        self.text, self.end = text.text, text.end
+        self.text: str = text.text
+        self.end: float = text.end
         self.is_raised = False  # whether its last piece is a superscript
 
     def distance(self, text: TextPiece) -> float | None:
         """Distance of the next piece; None if the piece does not continue the word."""
         gap, size = text.start - self.end, self.first.size
         rise = (self.first.baseline - text.baseline) / size
-        is_raised = _RISE[0] <= rise <= _RISE[1] and text.size <= _SMALLER * size
-        is_next = -_OVERLAP * size <= gap <= _GAP * size
-        return abs(gap) if is_next and (is_raised or abs(rise) <= _SAME_LINE) else None
+        is_raised = self._is_raised(rise, text.size) and -_OVERLAP * size <= gap <= self.reach
+        is_next = -_OVERLAP * size <= gap <= _GAP * size and abs(rise) <= _SAME_LINE
+        return abs(gap) if is_next or is_raised else None
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of the next piece."""
+        return (_BASE_GAP if self._is_base else _GAP) * self.first.size
+
+    @property
+    def _is_base(self) -> bool:
+        return self.text.endswith("10") and not self.is_raised
+
+    def _is_raised(self, rise: float, size: float) -> bool:
+        """Whether a piece that rises by a share of the size of the font is a superscript. That of a base 10 may have
+        the same size, or rise little.
+        """
+        is_smaller = size <= _SMALLER * self.first.size
+        if self._is_base and (is_smaller or rise >= _RISE[0]):
+            return (0.0 if is_smaller else _RISE[0]) < rise <= _RISE[1]
+        return is_smaller and _RISE[0] <= rise <= _RISE[1]
 
     def add(self, text: TextPiece) -> None:
         """Append a piece; a superscript follows ``^``."""
-        is_raised = self.first.baseline - text.baseline >= _RISE[0] * self.first.size
+        rise = (self.first.baseline - text.baseline) / self.first.size
+        is_raised = self._is_raised(rise, text.size) or (self.is_raised and rise > 0)
         self.text += f"^{text.text}" if is_raised and not self.is_raised else text.text
         self.end, self.is_raised = max(self.end, text.end), is_raised
 
 
-def _words(texts: Sequence[TextPiece]) -> list[_Word]:
+def joined_words(texts: Sequence[TextPiece]) -> list[Word]:
     """Join adjacent pieces of text from left to right. Files have them in any order."""
-    complete: list[_Word] = []
-    words: list[_Word] = []
-    for text in sorted(texts, key=lambda each: each.start):
-        complete += [word for word in words if word.end + _GAP * word.first.size < text.start]
-        words = [word for word in words if word.end + _GAP * word.first.size >= text.start]
+    complete: list[Word] = []
+    words: list[Word] = []
+    compared = 0
+    for text in sorted(filter(_is_placed, texts), key=lambda each: each.start):
+        compared += len(words)
+        if compared > _MAX_COMPARED:
+            raise DataError(TOO_COMPLEX)
+        complete += [word for word in words if word.end + word.reach < text.start]
+        words = [word for word in words if word.end + word.reach >= text.start]
         following = [(distance, k) for k, word in enumerate(words) if (distance := word.distance(text)) is not None]
         if following:
             words[min(following)[1]].add(text)
         else:
-            words.append(_Word(text))
+            words.append(Word(text))
     return complete + words
 
 
-def parse_number(text: str) -> tuple[float, bool] | None:
+def _is_placed(text: TextPiece) -> bool:
+    """Whether a text has a place and a size."""
+    return text.size > 0 and math.isfinite(text.size + text.start + text.end + text.baseline)
+
+
+def parse_number(text: str, *, decimal_comma: bool = False) -> tuple[float, bool] | None:
     """The number of a label, and whether it is written as a power of ten; None for another text."""
     text = text.strip().replace(r"\times", "·").replace(r"\cdot", "·").translate(_MINUS)
     if re.search(r"[⁰¹²³⁴-⁹⁻]", text):
@@ -124,7 +154,9 @@ def parse_number(text: str) -> tuple[float, bool] | None:
     if (match := _POWER.fullmatch(text)) and ("^" in text or "**" in text or match[2][0] in "-+"):
         factor = float(match[1]) if match[1] and match[1].count(".") < 2 and match[1] != "." else 1.0
         return factor * 10.0 ** int(match[2]), True
-    if _THOUSANDS.fullmatch(text):
+    if decimal_comma and _THOUSAND_POINTS.fullmatch(text):
+        return float(text.replace(".", "")), False
+    if not decimal_comma and _THOUSANDS.fullmatch(text):
         return float(text.replace(",", "")), False
     if _PLAIN.fullmatch(text):
         return float(text.replace(",", ".")), False

@@ -74,6 +74,7 @@ class _Page:
         }.get(turned, (1.0, 0.0, 0.0, -1.0, -x_min, y_max))
         self._paths: list[Path] = []
         self._has_image = False
+        self._titles = ""
         self._objects = self._vertices = 0
 
     def drawing(self) -> FigurePage:
@@ -81,11 +82,13 @@ class _Page:
         raw, page = self._raw, self._page.raw
         for k in range(raw.FPDFPage_CountObjects(page)):
             self._add(raw.FPDFPage_GetObject(page, k), self._matrix, 0)
+        texts = tuple(self._texts())
         return FigurePage(
             width=self._size[0],
             height=self._size[1],
             paths=tuple(self._paths),
-            texts=tuple(self._texts()),
+            texts=texts,
+            titles=tuple(line.strip() for line in self._titles.splitlines() if line.strip()),
             has_image=self._has_image,
         )
 
@@ -166,7 +169,7 @@ class _Page:
         return result
 
     def _texts(self) -> Iterator[TextPiece]:
-        """The letters of the page that are upright."""
+        """The letters of the page that are upright. The others become titles."""
         raw = self._raw
         letters = raw.FPDFText_LoadPage(self._page.raw)
         if not letters:
@@ -177,12 +180,15 @@ class _Page:
                 code = raw.FPDFText_GetUnicode(letters, k)
                 cells = raw.FS_MATRIX()
                 if code <= 32 or not raw.FPDFText_GetMatrix(letters, k, cells):
+                    self._titles += " " if code == 32 else ""
                     continue
                 raw.FPDFText_GetCharBox(letters, k, x_min, x_max, y_min, y_max)
                 raw.FPDFText_GetCharOrigin(letters, k, x, y)
                 matrix = combined(self._matrix, (cells.a, cells.b, cells.c, cells.d, 0.0, 0.0))
                 if abs(math.atan2(matrix[1], matrix[0])) > _UPRIGHT:
+                    self._titles += chr(code)
                     continue
+                self._titles += "\n"
                 corners = np.array([(x_min.value, y_min.value), (x_max.value, y_max.value), (x.value, y.value)])
                 places = applied(self._matrix, corners)
                 yield TextPiece(

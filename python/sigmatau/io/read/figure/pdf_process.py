@@ -43,6 +43,7 @@ def read(path: File, page: int | None) -> FigurePage:
         height=answer["height"],
         paths=tuple(_path(each) for each in answer["paths"]),
         texts=tuple(TextPiece(**each) for each in answer["texts"]),
+        titles=tuple(answer["titles"]),
         has_image=answer["has_image"],
     )
 
@@ -81,6 +82,7 @@ def _main(path: str, page: str) -> None:
                 for each in drawing.paths
             ],
             "texts": [asdict(each) for each in drawing.texts],
+            "titles": drawing.titles,
             "has_image": drawing.has_image,
         }
     except (DataError, OptionError) as error:

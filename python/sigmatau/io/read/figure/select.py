@@ -17,9 +17,10 @@ from sigmatau.io.read.figure import clicks, pdf_process, svg
 from sigmatau.io.read.figure.axis import Axis, stated_axis
 from sigmatau.io.read.figure.candidates import Candidate, find_candidates
 from sigmatau.io.read.figure.drawing import MAX_BYTES, FigurePage
-from sigmatau.io.read.figure.labels import find_labels, unit_of_time
+from sigmatau.io.read.figure.labels import find_labels
 from sigmatau.io.read.figure.lines import FigureLine, line_of_values, standard_error
 from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, calibrate_rows, path_axes
+from sigmatau.io.read.figure.titles import check_unit, has_logarithm, other_unit
 
 Linear = Literal["x", "y", "xy"]
 
@@ -78,6 +79,8 @@ def open_figure(path: Path, page: int | None) -> Figure:
 def read_lines(
     path: str | PathLike[str],
     *,
+    unit: str,
+    is_variance: bool,
     line: str | int | Mapping[str, str | int] | None,
     page: int | None,
     x_axis: Mapping[float, float] | None,
@@ -102,6 +105,8 @@ def read_lines(
             f"{Hint('columns')} is for tables. Select a line with {Hint('line', value=1)}", option="columns"
         )
     figure = open_figure(path, page)
+    if y_axis is None:
+        check_unit(figure.drawing.titles, unit, is_variance=is_variance)
     lines = []
     for name, candidate in _selected(figure.candidates, line).items():
         sd = standard_error(candidate) if point_error is None else point_error
@@ -130,12 +135,16 @@ def _axis(points: Mapping[float, float] | None, way: str, linear: Linear | None,
 
 
 def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) -> dict[str, Axis]:
-    unit = unit_of_time(figure.drawing.texts, candidate.box) if stated["x"] is None else ""
+    unit = other_unit(figure.drawing.texts, candidate.box) if stated["x"] is None else ""
     if unit:
         hint = Hint("x_axis", value={"COORDINATE": "SECONDS"})
-        raise OptionError(f"has times in {unit}. State two points of the x axis in s, {hint}", option="x_axis")
+        raise OptionError(f"has an x axis in {unit}. State two points of the x axis in s, {hint}", option="x_axis")
     try:
-        return path_axes(candidate.box, figure.rows, stated)
+        axes = path_axes(candidate.box, figure.rows, stated)
+        for way, axis in axes.items():
+            if stated[way] is None and not axis.is_log and has_logarithm(figure.drawing):
+                raise AxisError(way, f"its {way} axis is linear, and a title has a logarithm")
+        return axes
     except AxisError as question:
         why = question.why or f"its {question.way} axis has no labels beside ticks{_numbers(figure)}"
         box, option = candidate.box, _OPTIONS[question.way]

@@ -26,7 +26,7 @@ from sigmatau.io.read.figure.drawing import (
 )
 from sigmatau.io.read.figure.geometry import IDENTITY, Matrix, Pen, combined
 from sigmatau.io.read.figure.svg_style import Sheet, Style, collect_sheet, computed, declared, length
-from sigmatau.io.read.figure.svg_text import outlined_text, place_texts
+from sigmatau.io.read.figure.svg_text import is_upright, outlined_text, place_texts, rotated_text
 from sigmatau.io.read.figure.svg_tree import COMMENT, Node, parse
 
 _CONTAINERS = ("svg", "g", "a", "switch", "use", "symbol")
@@ -46,7 +46,12 @@ def read(data: bytes) -> FigurePage:
     if len(box) == 4:
         width, height = box[2:]
     return FigurePage(
-        width=width, height=height, paths=tuple(reader.paths), texts=tuple(reader.texts), has_image=reader.has_image
+        width=width,
+        height=height,
+        paths=tuple(reader.paths),
+        texts=tuple(reader.texts),
+        titles=tuple(reader.titles),
+        has_image=reader.has_image,
     )
 
 
@@ -68,6 +73,7 @@ class _Reader:
     def __init__(self, root: Node) -> None:
         self.paths: list[Path] = []
         self.texts: list[TextPiece] = []
+        self.titles: list[str] = []
         self.has_image = False
         self._sheet: Sheet = collect_sheet(root)
         self._ids: dict[str, Node] = {}
@@ -96,7 +102,10 @@ class _Reader:
         if node.tag in _SHAPES:
             self.paths += self._shape(node, state)
         elif node.tag == "text":
-            self.texts += place_texts(node, matrix, style, self._sheet)
+            texts = place_texts(node, matrix, style, self._sheet)
+            self.texts += texts
+            if not texts and style.is_filled:
+                self.titles.append(rotated_text(node, style, self._sheet))
         elif node.tag == "image":
             self.has_image = True
         elif node.tag in _CONTAINERS:
@@ -121,7 +130,10 @@ class _Reader:
             self.walk(child, state, depth=depth + 1)
             # Matplotlib writes a text as a comment, followed by the group of the outlines of its letters.
             if outline and child.tag == "g" and (text := outlined_text(outline, self.paths[first:])) is not None:
-                self.texts.append(text)
+                if is_upright(text):
+                    self.texts.append(text)
+                else:
+                    self.titles.append(text.text)
                 del self.paths[first:]
             outline = ""
 

@@ -17,6 +17,7 @@ _NARROW = {".": 0.3, ",": 0.3, " ": 0.3, "-": 0.36, "i": 0.25, "l": 0.25}
 _SUPERSCRIPT = 0.35  # rise over the size of the font
 _MIDDLE = 0.36  # distance of the baseline from the middle of the digits over the size of the font
 _DIGIT_HEIGHT = 0.73  # over the size of the font
+_UPRIGHT_LETTERS = 3  # smallest number of letters of a text whose outlines show its direction
 
 
 class _Writer:
@@ -107,3 +108,17 @@ def outlined_text(comment: str, outlines: Sequence[Path]) -> TextPiece | None:
     text = re.sub(r"\\math[a-z]+|[{}$\s]", "", comment)
     size = (box.y_max - box.y_min) / (_DIGIT_HEIGHT * (1.4 if "^" in text else 1.0))
     return TextPiece(text=text, start=box.x_min, end=box.x_max, baseline=box.y_max, size=size)
+
+
+def is_upright(text: TextPiece) -> bool:
+    """Whether outlined letters are beside each other, not above."""
+    return len(text.text) < _UPRIGHT_LETTERS or text.end - text.start > _DIGIT_HEIGHT * text.size
+
+
+def rotated_text(node: Node, style: Style, sheet: Sheet) -> str:
+    """All letters of a text in the order of their places, whatever its direction."""
+    writer = _Writer(sheet, style.anchor)
+    writer.write(node, style, 0.0)
+    writer.end_line()
+    pieces = sorted(writer.pieces, key=lambda piece: piece[1])
+    return "".join(text for text, *_ in pieces)

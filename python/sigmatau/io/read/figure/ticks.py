@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
@@ -12,7 +13,8 @@ from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.io.read.figure.axis import Axis, calibrated
 from sigmatau.io.read.figure.drawing import Box, FigurePage
-from sigmatau.io.read.figure.labels import TickLabel, find_labels
+from sigmatau.io.read.figure.labels import TickLabel, Word, joined_words, labels_among
+from sigmatau.io.read.figure.titles import factor_text
 
 _REACH = 3.0  # largest distance of a label from its tick over the size of its font
 _OFFSET = 0.6  # largest offset of the middle of a label from its tick over the size of its font
@@ -22,6 +24,7 @@ _SAME_ROW = 0.3  # largest difference of the places of the labels of a row over 
 _MAX_RESIDUAL = 0.004  # of tick places, relative to the length of the axis. Judgement: a misread label causes more
 _CONTRARY = 0.03  # largest difference of a label from the value of the axis, relative to it or to a linear axis
 _MINOR = 8  # smallest number of ticks that show a logarithmic axis
+_MAX_MINOR = 200  # largest number of ticks that are compared with those of a logarithmic axis
 _MINOR_SHARE = 0.95  # share of them with one significant digit
 _MAX_TICKS = 2000  # largest number of ticks of an axis, and of labels of a row
 _THIN = 2.0  # largest width of a filled rectangle that stands for a line
@@ -46,6 +49,8 @@ class Row:
         Places and texts of labels of the row that contradict the axis.
     across : float
         Coordinate of the ends of its ticks beside the labels, across the axis.
+    factor : str
+        Factor of its values that is written at its end; empty without.
     """
 
     axis: Axis
@@ -54,6 +59,7 @@ class Row:
     last: float
     contrary: tuple[tuple[float, str], ...]
     across: float
+    factor: str = ""
 
     @property
     def text(self) -> str:
@@ -82,13 +88,20 @@ class AxisError(Exception):
 
 def calibrate_rows(drawing: FigurePage) -> dict[str, list[Row]]:
     """All rows and columns of labels that calibrate an axis, by ``"x"`` and ``"y"``."""
-    labels = find_labels(drawing.texts)
+    words = joined_words(drawing.texts)
+    labels = labels_among(words)
     result: dict[str, list[Row]] = {}
     for way, k in _WAYS.items():
         lines = list(_families(drawing, k))
         rows = (_calibrate(row, whole, lines, k) for row, whole in _aligned(labels, k) if len(row) <= _MAX_TICKS)
-        result[way] = [row for row in rows if row is not None]
+        result[way] = [_with_factor(row, words, way) for row in rows if row is not None]
     return result
+
+
+def _with_factor(row: Row, words: Sequence[Word], way: str) -> Row:
+    names = (label.text for label in row.labels)
+    factor = factor_text(words, way, row.first, row.last, row.across, names)
+    return replace(row, factor=factor) if factor else row
 
 
 def _families(drawing: FigurePage, k: int) -> Iterator[_TickFamily]:
@@ -224,12 +237,32 @@ def _fitted(matched: Mapping[TickLabel, float], lines: _TickFamily, ticks: Float
     axis = min(axes, key=lambda each: each.residual) if count > 2 else axes[0]
     if axis.residual > _MAX_RESIDUAL * (max(places) - min(places)):
         return None
+    if not axis.is_log and (_are_flat_powers(matched) or _has_log_ticks(axis, ticks)):
+        return None
     if count == 2:
         # Two plain numbers do not show whether an axis is logarithmic, but the ticks between them do.
         has_minor = len(ticks) >= _MINOR and _explained(axis, ticks) > _MINOR_SHARE
         if not (axis.is_log and (has_minor or all(label.is_power for label in matched))):
             return None
     return axis
+
+
+def _are_flat_powers(labels: Iterable[TickLabel]) -> bool:
+    """Whether all labels can be powers of ten whose exponents are not raised: 100, 101, 102."""
+    return all(len(label.text) == 3 and label.text.startswith("10") for label in labels)
+
+
+def _has_log_ticks(axis: Axis, ticks: Floats) -> bool:
+    """Whether the ticks beside a linear axis are those of a logarithmic one. Its labels are then exponents."""
+    exponents = axis.offset + axis.slope * (ticks - axis.center)
+    between = exponents[np.abs(exponents - np.round(exponents)) > _SAME_DIGIT]
+    if not _MINOR <= len(between) <= _MAX_MINOR:
+        return False
+    # A label may have been matched with the tick beside its tick.
+    shifts = (
+        replace(axis, is_log=True, offset=axis.offset - shift) for shift in np.unique(np.round(exponents % 1.0, 3))
+    )
+    return any(_explained(shifted, ticks) > _MINOR_SHARE for shifted in shifts)
 
 
 def path_axes(box: Box, rows: dict[str, list[Row]], stated: dict[str, Axis | None]) -> dict[str, Axis]:
@@ -269,6 +302,8 @@ def _nearest(way: str, rows: Sequence[Row], extent: tuple[float, float], across:
     for row in sides:
         if (row.axis.slope > 0) != (way == "x"):
             raise AxisError(way, f"the values of its {way} axis fall {DIRECTIONS[way]}: {row.text}")
+        if row.factor:
+            raise AxisError(way, f"the values of its {way} axis have a factor, {row.factor}")
         for place, text in row.contrary:
             if low - 1 <= place <= high + 1:
                 raise AxisError(way, f"the label {text} of its {way} axis contradicts {row.text}")

@@ -1,0 +1,119 @@
+"""Labels and titles of figures that change the values of an axis: no factor is lost without a question."""
+
+import contextlib
+import math
+import time
+
+import numpy as np
+import pytest
+
+import sigmatau as st
+from drawn_curves import FORMATS, by_hand, deviation, figure, saved, times
+
+OPTIONS = {"unit": "deg/h", "rate": 100, "duration": 1e7}
+DECADES = ("0.01", "0.1", "1", "10", "100", "1000")
+
+
+def raised(exponent, *, dx=0, rise=5, size=9):
+    return f'10<tspan dx="{dx}" dy="-{rise}" font-size="{size}">{exponent}</tspan>'
+
+
+@pytest.mark.parametrize(
+    ("labels", "scale"),
+    [
+        (("0,001", "0,010", "0,100", "1,000"), 1e-3),
+        (("1.000", "10.000", "100.000", "1.000.000"), 1e3),
+        (("1,000", "10,000", "100,000", "1,000,000"), 1e3),
+        (tuple(raised(k, dx=7) for k in range(4)), 1),
+        (tuple(raised(k, size=12) for k in range(4)), 1),
+        (tuple(raised(k, rise=1, size=8) for k in range(4)), 1),
+    ],
+)
+def test_labels(tmp_path, labels, scale):
+    curve = st.read_figure(by_hand(tmp_path / "a.svg", y=labels), **OPTIONS)["gyro"]
+    assert curve.adev == pytest.approx(scale * deviation(curve.tau), rel=5e-3)
+
+
+def test_powers_without_raised_exponents_are_a_question(tmp_path):
+    path = by_hand(tmp_path / "a.svg", y=("100", "101", "102", "103"))
+    with pytest.raises(st.OptionError, match="no labels beside ticks"):
+        st.read_figure(path, **OPTIONS)
+
+
+def test_exponents_beside_logarithmic_ticks_are_a_question(tmp_path):
+    minor = "".join(f"M0 {300 - 100 * (k + math.log10(d)):.3f}H500" for k in range(3) for d in range(2, 10))
+    path = by_hand(tmp_path / "a.svg", y=("0", "1", "2", "3"), rest=f'<path stroke="#ccc" d="{minor}"/>')
+    with pytest.raises(st.OptionError, match="no labels beside ticks"):
+        st.read_figure(path, **OPTIONS)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_factor_is_a_question(tmp_path, name):
+    pytest.importorskip("matplotlib")
+    if name.endswith("pdf"):
+        pytest.importorskip("pypdfium2")
+    drawing, axes = figure()
+    axes.set(yscale="linear", ylabel="")
+    axes.plot(times(), deviation(times()))
+    axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0))
+    with pytest.raises(st.OptionError, match="y axis have a factor"):
+        st.read_figure(saved(drawing, tmp_path / name), **OPTIONS)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize(
+    ("title", "unit"),
+    [("σ [°/s]", "°/s"), ("σ (mdps)", "mdps"), ("ADEV, dps", "dps"), (r"$\sigma$ [$^\circ$/s]", "°/s")],
+)
+def test_another_unit_in_the_title_is_a_question(tmp_path, name, title, unit):
+    pytest.importorskip("matplotlib")
+    if name.endswith("pdf"):
+        pytest.importorskip("pypdfium2")
+    drawing, axes = figure()
+    axes.set_ylabel(title)
+    axes.plot(times(), deviation(times()))
+    path = saved(drawing, tmp_path / name)
+    with pytest.raises(st.OptionError, match=f"y axis in {unit}, not deg/h"):
+        st.read_figure(path, **OPTIONS)
+    assert st.read_figure(path, **{**OPTIONS, "unit": unit})["gyro"].adev.min() > 0
+
+
+def test_squares_in_the_title_are_a_question(tmp_path):
+    rest = '<text transform="translate(-50 200) rotate(-90)">AVAR [(deg/h)²]</text>'
+    path = by_hand(tmp_path / "a.svg", rest=rest)
+    with pytest.raises(st.OptionError, match="has variances"):
+        st.read_figure(path, **OPTIONS)
+    curve = st.read_figure(path, content="variance", **OPTIONS)["gyro"]
+    assert curve.adev[0] == pytest.approx(
+        np.radians(1 / 3600) * np.sqrt(deviation(0.01) / np.radians(1 / 3600)), rel=5e-3
+    )
+
+
+@pytest.mark.parametrize("title", ["Averaging Time (Hours)", "Time, hours", "τ / h", "Frequency [Hz]"])
+def test_another_unit_along_x_is_a_question(tmp_path, title):
+    path = by_hand(tmp_path / "a.svg", rest=f'<text x="250" y="340">{title}</text>')
+    with pytest.raises(st.OptionError, match="has an x axis in"):
+        st.read_figure(path, **OPTIONS)
+
+
+def test_linear_axes_of_logarithms_are_a_question(tmp_path):
+    path = by_hand(tmp_path / "a.svg", y=("1", "2", "3", "4"), rest='<text x="0" y="-9">log10 σ</text>')
+    with pytest.raises(st.OptionError, match="a title has a logarithm"):
+        st.read_figure(path, **OPTIONS)
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [
+        '<text x="1" y="2">' + "1" * 2_000_000 + "</text>",
+        "".join(f'<text x="5" y="{k / 100}">{k % 1000}</text>' for k in range(30_000)),
+        '<path stroke="#00f" fill="none" d="M0 0h9v1h9v1h9v1h9v1h9v1h9v1h9v1"/>' * 3000,
+        '<text font-size="0" x="5" y="5">10</text>',
+    ],
+    ids=["long text", "many texts", "many lines", "no size"],
+)
+def test_damage_is_no_delay(tmp_path, rest):
+    before = time.process_time()
+    with contextlib.suppress(st.DataError):
+        st.read_figure(by_hand(tmp_path / "a.svg", rest=rest), line="#e3001b", **OPTIONS)
+    assert time.process_time() - before < 30

@@ -94,3 +94,27 @@ def test_other_values_are_those_without_it():
 def test_wrong_name_of_a_process():
     with pytest.raises(st.OptionError, match="must be 'matern' or up to 8 positive times"):
         st.fit_channel(record("matern same", None), "gyro_x", processes="markov")
+
+
+def test_a_limit_of_the_time_leaves_no_upper_limit_of_sigma():
+    """T is 140 records: the standard deviation is that of the lower end, not an interval about a wrong value."""
+    process = st.Matern(sigma=100 * DEG_H, time=1e6, smoothness=0.25)
+    (note,) = [note for note in fitted("matern drift", process).notes() if "Matérn" in note]
+    assert "process of at least " in note
+
+
+def test_a_time_below_the_shortest_leaves_no_smoothness():
+    """T is 5 samples, and the shortest time that is tried 20."""
+    process = st.Matern(sigma=100 * DEG_H, time=1.0, smoothness=0.25)
+    (note,) = [note for note in fitted("matern fast", process).notes() if "Matérn" in note]
+    assert "correlation time below " in note
+    assert "smoothness not determined" in note
+
+
+def test_a_model_that_does_not_describe_the_record_is_stated():
+    """Flicker noise to beyond the Nyquist frequency: the samples of a process with its slope have more variance."""
+    terms = {"random_walk": to_si(0.1, "deg/sqrt(h)"), "bias_instability": 20 * DEG_H}
+    record = st.simulate(st.NoiseModel(channels={"gyro_x": terms}), duration=7200, rate=10, rng=1)
+    fit = st.fit_channel(record, "gyro_x", processes="matern")
+    assert fit.matern.p_value < 1e-6
+    assert any("does not describe the record" in note for note in fit.notes())

@@ -7,11 +7,12 @@ from dataclasses import field
 
 from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import DataError
-from sigmatau.fitting.fitted_values import Interval
+from sigmatau.fitting.fitted_values import MIN_P_VALUE, Interval
 from sigmatau.frozen import frozen
 from sigmatau.model.matern import SMOOTHNESS, Matern
 from sigmatau.results import Plain, duration_text
 
+_TIME_LIMIT = 0.01  # relative distance of an end of the correlation time from its limit
 _AT_LIMIT = 0.005  # distance of an end of the smoothness from its range below which the record does not limit it
 
 
@@ -26,7 +27,7 @@ class FittedMatern(Plain):
     observed : bool
         Whether the record shows slow noise. Without, only `upper_limit` is of use.
     sigma : Interval
-        Standard deviation. [unit of the rate]
+        Standard deviation. If the interval of `time` ends at its limit, only the lower end is of use. [unit of the rate]
     upper_limit : float or None
         Upper limit of the standard deviation, over all correlation times and slopes. [unit of the rate]
     time : Interval
@@ -57,7 +58,7 @@ class FittedMatern(Plain):
     @property
     def slope_observed(self) -> bool:
         """Whether the interval of the smoothness is narrower than its range."""
-        return self.observed and not (self._is_open(0) and self._is_open(1))
+        return self.observed and not (self._is_range_end(0) and self._is_range_end(1))
 
     def to_process(self) -> Matern:
         """The process for a `ChannelModel`.
@@ -75,17 +76,17 @@ class FittedMatern(Plain):
             raise DataError("the record does not show a Matérn process; it has an upper limit, not a value")
         return Matern(sigma=self.sigma.value, time=self.time.value, smoothness=self.smoothness.value)
 
-    def text(self, factor: float, unit: str, *, longest: float) -> str:
-        """Text of the process.
+    def text(self, factor: float, unit: str, *, shortest: float, longest: float) -> str:
+        """The process in words.
 
         Parameters
         ----------
         factor : float
-            Size of the unit. [SI]
+            Size of the unit of the standard deviation. [unit of the rate]
         unit : str
-            Unit of the standard deviation.
-        longest : float
-            Limit of the correlation time. [s]
+            Its symbol.
+        shortest, longest : float
+            Limits of the correlation time. [s]
 
         Returns
         -------
@@ -96,24 +97,35 @@ class FittedMatern(Plain):
             return f"no Matérn process seen{limit}"
         sigma = round_to_error(self.sigma.value, self.sigma.low, self.sigma.high, size=factor).with_unit(unit)
         time = round_to_error(self.time.value, self.time.low, self.time.high).with_unit("s")
-        if self.time.high is not None and self.time.high >= 0.99 * longest:
+        smoothness = self._smoothness_text()
+        # Beyond a limit of T the others have no interval: sigma grows with T, and nu with it below the shortest time.
+        if self.time.high is None or self.time.high >= (1 - _TIME_LIMIT) * longest:
+            sigma = f"at least {two_digits((self.sigma.low or 0.0) / factor)} {unit}"
             time = f"at least {duration_text(self.time.low or 0.0)}"
+        if self.time.low is None or self.time.low <= (1 + _TIME_LIMIT) * shortest:
+            upper = self.time.high is not None and self.time.high < (1 - _TIME_LIMIT) * longest
+            time = f"below {duration_text(self.time.high or 0.0)}" if upper else "not determined"
+            sigma = f"at least {two_digits((self.sigma.low or 0.0) / factor)} {unit}"
+            smoothness = "not determined"
+        fit = ""
+        if self.p_value < MIN_P_VALUE:
+            fit = f"; this model does not describe the record, p = {two_digits(self.p_value)}"
         return (
-            f"Matérn process of {sigma}, correlation time {time}, smoothness {self._smoothness_text()};"
-            f" Gauss-Markov process: p = {two_digits(self.gauss_markov_p_value)}"
+            f"Matérn process of {sigma}, correlation time {time}, smoothness {smoothness};"
+            f" Gauss-Markov process: p = {two_digits(self.gauss_markov_p_value)}{fit}"
         )
 
     def _smoothness_text(self) -> str:
         ends = self.smoothness.low, self.smoothness.high
         if not self.slope_observed or ends[0] is None or ends[1] is None:
             return "not determined"
-        if self._is_open(0):
+        if self._is_range_end(0):
             return f"below {two_digits(ends[1])}"
-        if self._is_open(1):
+        if self._is_range_end(1):
             return f"above {two_digits(ends[0])}"
         return round_to_error(self.smoothness.value, *ends).text
 
-    def _is_open(self, end: int) -> bool:
+    def _is_range_end(self, end: int) -> bool:
         """Whether the lower (0) or upper (1) end of the smoothness is that of its range."""
         value = (self.smoothness.low, self.smoothness.high)[end]
         return value is None or abs(value - SMOOTHNESS[end]) < _AT_LIMIT

@@ -15,6 +15,7 @@ from sigmatau.findings.reasons import Reason
 from sigmatau.fitting.adjustment import Adjustment, Verdict
 from sigmatau.fitting.fitted_matern import FittedMatern
 from sigmatau.fitting.fitted_values import (
+    MIN_P_VALUE,
     FittedGaussMarkov,
     FittedResonance,
     FittedSinusoid,
@@ -30,9 +31,6 @@ from sigmatau.model.parameters import Covariance
 Trust = Literal["good", "partial", "poor"]
 QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
-
-MIN_P_VALUE = 1e-6
-"""P-value of the goodness of fit below which only the random walk keeps an interval, widened for the misfit."""
 
 
 @frozen(eq=False)

@@ -11,6 +11,9 @@ from sigmatau.frozen import frozen
 from sigmatau.results import Plain, plain
 from sigmatau.units import find
 
+MIN_P_VALUE = 1e-6
+"""P-value of the goodness of fit below which only the random walk keeps an interval, widened for the misfit."""
+
 
 @frozen
 class Interval(Plain):

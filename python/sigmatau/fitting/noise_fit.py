@@ -267,8 +267,10 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
             sigma = _interval_text(process.sigma, factor, unit)
             texts.append(f"Gauss-Markov process of {sigma}, correlation time {_interval_text(process.time, 1.0, 's')}")
         if self.matern is not None:
-            name, size = display_units("bias_instability", self.quantity, self.rate_unit, [self.matern.sigma.value])[-1]
-            texts.append(self.matern.text(size, name, longest=0.25 * self.n * self.tau0))
+            sizes = [self.matern.sigma.value]
+            symbol, size = display_units("bias_instability", self.quantity, self.rate_unit, sizes)[-1]
+            limits = {"shortest": 20 * self.tau0, "longest": 0.25 * self.n * self.tau0}
+            texts.append(self.matern.text(size, symbol, **limits))
         for resonance in self.resonance:
             sigma, frequency = (
                 _interval_text(resonance.sigma, factor, unit),

@@ -117,3 +117,16 @@ def test_damage_is_no_delay(tmp_path, rest):
     with contextlib.suppress(st.DataError):
         st.read_figure(by_hand(tmp_path / "a.svg", rest=rest), line="#e3001b", **OPTIONS)
     assert time.process_time() - before < 30
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_curve_cut_by_the_axes(tmp_path, name):
+    """A point just outside of the axes is hidden, and does not take the curve out of the reach of the labels."""
+    pytest.importorskip("matplotlib")
+    if name.endswith("pdf"):
+        pytest.importorskip("pypdfium2")
+    drawing, axes = figure()
+    axes.plot(times(), np.degrees(deviation(times())) * 3600)
+    axes.set(xlim=(0.1, 500), ylim=(20, 80))
+    curve = st.read_figure(saved(drawing, tmp_path / name), **OPTIONS)["gyro"]
+    assert curve.adev == pytest.approx(deviation(curve.tau), rel=1e-2)

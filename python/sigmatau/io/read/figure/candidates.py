@@ -20,6 +20,7 @@ _MIN_EXTENT = (
     0.08  # smallest width of a curve over that of the page. Judgement: a page has up to three figures side by side
 )
 _MAX_LINES = 1000  # largest number of lines that are compared with each other. Measured: 5 s
+_CLIP_EDGE = 0.5  # largest distance of a visible point outside of its clip [units of the page]
 _JOINT = 0.02  # largest distance of the ends of two parts of a line [units of the page]
 _SAME_PLACE = 0.3  # largest distance of the points of a line drawn twice, or of a marker from its point
 _MAX_MARKER = 0.03  # largest size of a marker over the width of the page
@@ -97,11 +98,12 @@ def _candidate(path: Path) -> Candidate | None:
     if len(path.points) < MIN_POINTS:
         return None
     points, is_end = path.points, path.is_end
+    edge = min(path.width, _CLIP_EDGE)
     inside = (
-        (points[:, 0] >= path.clip.x_min - path.width)
-        & (points[:, 0] <= path.clip.x_max + path.width)
-        & (points[:, 1] >= path.clip.y_min - path.width)
-        & (points[:, 1] <= path.clip.y_max + path.width)
+        (points[:, 0] >= path.clip.x_min - edge)
+        & (points[:, 0] <= path.clip.x_max + edge)
+        & (points[:, 1] >= path.clip.y_min - edge)
+        & (points[:, 1] <= path.clip.y_max + edge)
     )
     points, is_end = points[inside], is_end[inside]
     if len(points) and points[0, 0] > points[-1, 0]:

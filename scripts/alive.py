@@ -18,10 +18,9 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "crates" / "web" / "page"
 ASSETS = ROOT / "python" / "sigmatau" / "reporting" / "assets"
 
-OF_PAGE = (
-    *(ASSETS / "page.js", ASSETS / "numbers.js"),
-    *(PAGE / f"{name}.js" for name in ("core", "settings", "chart", "figures", "read_off", "results", "log", "main")),
-)
+# A script comes after those whose constants it reads.
+SCRIPTS = ["core", "settings", "sampled", "chart", "figures", "read_off", "results", "lengths", "log", "main"]
+OF_PAGE = (ASSETS / "page.js", ASSETS / "numbers.js", *(PAGE / f"{name}.js" for name in SCRIPTS))
 OF_WORKER = (PAGE / "core.js", PAGE / "worker.js")
 
 _MODULE_WORDS = re.compile(r"^(import .*;\n|export )", re.MULTILINE)

@@ -53,6 +53,21 @@ def opened(browser):
     assert complaints == []
 
 
+@pytest.fixture
+def plain_log(tmp_path):
+    """Write a log: its head, and rows of a time, if there is a step, and white noise."""
+
+    def write(name, head, *, step=0.01, gap=0.0, rows=2000):
+        rng = np.random.default_rng(seed_of(name))
+        log = tmp_path / name
+        times = step * np.arange(rows) + gap * (np.arange(rows) > rows // 2)
+        columns = [times, rng.normal(size=rows)] if step else [rng.normal(size=rows)]
+        np.savetxt(log, np.column_stack(columns), fmt="%.6f", delimiter=",", header=head, comments="")
+        return log
+
+    return write
+
+
 def is_remote(url):
     return url != PAGE.as_uri() and not url.startswith(("blob:", "data:"))
 
@@ -176,7 +191,7 @@ def test_coefficients_are_those_of_the_package(opened, values):
         else:
             limit = math.nan if term.upper_limit is None else term.upper_limit
             assert numbers[3] == pytest.approx(limit, rel=0.01, nan_ok=True), name
-    processes = np.array(got["fit"][37:]).reshape(-1, 2, 3)
+    processes = np.array(got["fit"][39:]).reshape(-1, 2, 3)
     assert len(processes) == len(fit.gauss_markov)
     for numbers, process in zip(processes, fit.gauss_markov, strict=True):
         for ends, of in zip(numbers, (process.sigma, process.time), strict=True):
@@ -229,8 +244,9 @@ def test_line_by_hand_reads_the_coefficient(opened):
     tab.get_by_role("button", name="N −½").click()
     handle = tab.locator(".handle")
     handle.focus()
-    laid = tab.evaluate("alive.readings.get('N')")
-    assert laid / tab.evaluate("alive.settings.value.N") == pytest.approx(1.6, rel=1e-6)  # above the curve at first
+    assert tab.evaluate("alive.readings.size") == 0  # a reading counts once the line was moved
+    assert "That is 1.6 times the chosen 0.15 (+60 %)." in tab.locator(".says").inner_text()  # above the curve at first
+    laid = 1.6 * tab.evaluate("alive.settings.value.N")
     for _ in range(24):
         tab.keyboard.press("ArrowDown")
     assert tab.evaluate("alive.readings.get('N')") == pytest.approx(laid / 1.02**24, rel=1e-9)
@@ -320,6 +336,174 @@ def test_log_gives_curve_density_and_command(opened, tmp_path):
     damaged.write_text("t,x\n" + "0,1\n" * 600 + "0,1,2\n", encoding="utf-8")
     tab.locator("#file").set_input_files(damaged)
     tab.get_by_text("Line 602 has 3 values, not 2.").wait_for()
+
+
+FILTERED = """([order, corner, rate, hours]) => {
+    Object.assign(alive.settings.value, {N: 0.3, B: 10, K: 60, corner, rate, hours});
+    Object.assign(alive.settings.on, {Q: false, N: true, B: true, K: true, R: false, sigma: false});
+    alive.settings.order = order;
+    alive.change();
+}"""
+
+
+@needs_page
+@pytest.mark.parametrize(("order", "corner"), [(1, 20), (2, 45), (1, 60)])
+def test_chosen_noise_behind_a_filter_is_that_of_its_samples(opened, order, corner):
+    """Noise above half the rate folds back: the record holds N times `aliasing_inflation`."""
+    tab, rate = opened(), 100
+    tab.evaluate(FILTERED, [order, corner, rate, 1])
+    until(tab, "alive.shown.fit && alive.shown.fit.estimate && alive.figures.samples() === 360000")
+    folded = tab.evaluate("alive.shown.folded")
+    fold = np.arange(-200_000, 200_001) * rate / corner
+    inflation = math.sqrt(np.sum(1 / (1 + fold ** (2 * order))))
+    assert folded["white"] / (0.3 * math.radians(1) / 60) == pytest.approx(inflation, rel=1e-4)  # the sum is truncated
+    if order == 1 and corner == 20:  # AR(1): 1 + a² − 2a cos 2πf/rate is twice (1 − a)² at the corner of the samples
+        a = math.exp(-2 * math.pi * corner / rate)
+        half_power = rate / (2 * math.pi) * math.acos((1 + a * a - 2 * (1 - a) ** 2) / (2 * a))
+        assert folded["corner"] == pytest.approx(half_power, rel=1e-6)
+    row = tab.locator("#coefficients tr", has_text="Angle random walk").inner_text()
+    assert f"in the record {0.3 * inflation:.3g}" in row
+    assert f"the record holds N = {0.3 * inflation:.3g} deg/√h" in tab.locator("#folding").inner_text()
+    assert ("above half the rate, 50 Hz" in tab.locator("#folding").inner_text()) == (corner > rate / 2)
+
+
+@needs_page
+@pytest.mark.parametrize("order", [1, 2])
+def test_intervals_behind_a_filter_contain_the_noise_of_the_samples(opened, order):
+    tab, records = opened(), 20
+    tab.evaluate(FILTERED, [order, 20, 100, 0.25])
+    for count in range(1, records + 1):
+        tab.get_by_text(f"in {count} record{'s' if count > 1 else ''} of this noise").wait_for()
+        if count < records:
+            tab.locator("#again").click()
+    _, _, holding, _, intervals, *_ = tab.locator("#tally").inner_text().split()
+    # Five per record, of which some 95 % hold; below 86 % comes by chance in one of 1000 such counts.
+    assert int(intervals) >= 3 * records
+    assert int(holding) >= 0.86 * int(intervals)
+
+
+@needs_page
+def test_estimate_is_drawn_with_its_filter(opened):
+    tab = opened()
+    tab.evaluate(FILTERED, [1, 20, 100, 1])
+    until(tab, "alive.shown.fit && alive.shown.fit.curve && alive.figures.samples() === 360000")
+    first = tab.evaluate("[alive.shown.fit.curve.y[0], alive.figures.curve().all[0], alive.shown.curve.adev[0]]")
+    # Without the filter, σ at one sample is 1.6 times that of the record.
+    assert first == pytest.approx([first[2]] * 3, rel=0.01)
+
+
+@needs_page
+def test_missing_process_and_filter_keep_their_rows(opened):
+    tab = opened()
+    tab.evaluate("""() => {
+        Object.assign(alive.settings.value, {sigma: 0.1, time: 10, corner: 900, hours: 0.2});
+        alive.settings.on.sigma = true;
+        alive.settings.order = 2;
+        alive.change();
+    }""")
+    until(tab, "alive.shown.fit && alive.shown.fit.estimate && alive.figures.samples() === 36000")
+    text = tab.locator("#coefficients").inner_text()
+    assert "Gauss–Markov σ" in text
+    assert "not seen; described by" in text
+    assert "not seen: the samples look white" in text
+
+
+@needs_page
+def test_lengths_for_coefficients_are_those_of_the_information(opened):
+    """White noise alone: δ = 1/√(2n). With a random walk, estimates of records of this length scatter by the error."""
+    tab = opened()
+    tab.get_by_role("button", name="Only N", exact=True).click()
+    tab.locator("#plan-error").fill("2")
+    tab.locator("#plan-error").press("Enter")
+    tab.get_by_text("the shortest record").first.wait_for()
+    needed = tab.evaluate("alive.lengths(alive.modelNow(), 0.02).N")
+    assert needed == pytest.approx(1 / (2 * 0.02**2), rel=0.02)
+    values, rate = [0, 1e-4, 0, 1e-5, 0, 0, 60, 0, 20, 0.1], 10
+    model, records = channel_model(values), 40
+    for letter, name, value, error in (("N", "random_walk", 1e-4, 0.03), ("K", "rate_random_walk", 1e-5, 0.1)):
+        needed, fits = tab.evaluate("([m, error]) => alive.lengths(m, error)", [values, error]), []
+        for seed in range(records):
+            noise = st.NoiseModel(channels={"gyro_x": model})
+            stream = st.simulate(noise, duration=needed[letter] / rate, rate=rate, rng=seed).streams[0]
+            term = fit_samples(stream, "gyro_x", terms=("random_walk", "rate_random_walk"), processes=())[name]
+            fits += [term.value / value] if term.observed else []
+        assert len(fits) > 0.9 * records
+        # The scatter of 40 records is uncertain by 11 %; a limited search for other parts remains in the fit.
+        assert 0.7 < np.std(fits) / error < 1.4
+
+
+@needs_page
+def test_boxes_with_wrong_values_are_marked(opened):
+    tab = opened()
+    for box, words in (("abc", "τ must be a number"), ("0.001", "from 0.02 s"), ("1e9", "τ must be"), ("100", "")):
+        tab.locator("#plan-tau").fill(box)
+        tab.locator("#plan-tau").press("Enter")
+        is_wrong = words != ""
+        assert tab.locator("#plan-tau").get_attribute("aria-invalid") == str(is_wrong).lower()
+        if is_wrong:
+            assert words in tab.locator("#plan-state").inner_text()
+            assert tab.locator("#plan").inner_text() == ""
+    tab.get_by_text("eq. (26) asks for").wait_for()
+    length = tab.get_by_label("Length, value")
+    for typed in ("500", "8"):
+        length.fill(typed)
+        length.press("Enter")
+        until(tab, "alive.settings.value.hours === 5.56")
+        assert length.input_value() == "5.56"
+        tab.get_by_text("The longest record of this page has 1,000,000 samples").wait_for()
+
+
+@needs_page
+def test_only_keeps_the_filter(opened):
+    tab = opened()
+    tab.get_by_role("button", name="MEMS").click()
+    tab.get_by_role("button", name="Only N", exact=True).click()
+    assert tab.evaluate("alive.settings.order") == 2
+
+
+@needs_page
+def test_gap_of_a_log_does_not_change_its_rate(opened, plain_log):
+    tab = opened()
+    tab.locator("#file").set_input_files(plain_log("gap.csv", "t,gx", gap=5))
+    until(tab, "alive.shown.log && alive.shown.curve")
+    message = tab.locator("#log p").inner_text()
+    assert "2,000 rows at 100 Hz" in message
+    assert "A gap of 5.01 s, 10 s after the start" in message
+    low, adev, high = tab.evaluate("['low', 'adev', 'high'].map(name => alive.shown.curve[name].at(-1))")
+    assert low < 0.7 * adev
+    assert high > 2 * adev
+    tab.locator("#file").set_input_files(plain_log("digits.csv", "time [ms],gx", step=1 / 0.75))
+    until(tab, "alive.shown.log && alive.shown.log.name === 'digits.csv'")
+    assert "2,000 rows at 750 Hz" in tab.locator("#log p").inner_text()
+
+
+@needs_page
+def test_refused_log_leaves_no_result(opened, plain_log, tmp_path):
+    tab = opened()
+    for name, words in (("rateless.txt", "no column of time was found"), ("hello.txt", "No row of numbers was found")):
+        tab.locator("#file").set_input_files(plain_log("first.csv", "t,gx"))
+        until(tab, "alive.shown.log && alive.shown.curve")
+        log = plain_log(name, "gx", step=0) if name == "rateless.txt" else tmp_path / name
+        if name == "hello.txt":
+            log.write_text("hello", encoding="utf-8")
+        tab.locator("#file").set_input_files(log)
+        message = tab.get_by_text(words)
+        message.wait_for()
+        until(tab, "!alive.shown.log && alive.shown.fit")
+        assert "first.csv" not in tab.locator("#log").inner_text()
+        assert message.bounding_box()["y"] < 900  # on the screen
+        assert tab.locator("#estimate").is_visible()
+
+
+@needs_page
+def test_table_of_the_estimate_fits_a_phone(opened):
+    tab = opened(**PHONE)
+    wide, screen = tab.evaluate(
+        "(() => { const each = document.querySelector('#coefficients'); return [each.scrollWidth, each.clientWidth]; })()"
+    )
+    assert wide <= screen
+    assert tab.get_by_role("heading", name="2. See its Allan deviation").is_visible()
+    assert tab.get_by_label("Show each term").is_visible()
 
 
 @needs_page

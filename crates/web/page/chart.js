@@ -3,12 +3,12 @@
 import { colour, make } from "./page.js";
 import { linearTicks, logTicks, tickTexts } from "./numbers.js";
 
-const MARGIN = { left: 62, right: 12, top: 10, bottom: 40 };
+const WIDE_MARGIN = 62, TITLE_WIDTH = 30; // left of the axis [px]
 const FONT = "12px system-ui, sans-serif";
 const charts = [];
 let palette = {};
 
-const NAMES = ["ink", "soft", "grid", "line", "raised", "guide", "link", "poor", "axis-0", "axis-1", "axis-2", "axis-3", "axis-4", "axis-5"];
+const NAMES = ["ink", "soft", "grid", "line", "raised", "guide", "link", "poor", "axis-0", "axis-1", "axis-2", "axis-3", "axis-4", "record", "process"];
 
 /** Read the colours of the style sheet again, and draw all charts. */
 export function recolourCharts() {
@@ -38,13 +38,15 @@ export function rangeAround(values, log, least = 1) {
 
 /**
  * A chart in a place. `about`: title, labels of the axes, whether they are logarithmic, height, and what is said of a point
- * of its axis. `content` of `set`: x and y ranges, lines, points, stretches (smallest and largest sample by column), marks.
+ * of its axis. `content` of `set`: x and y ranges, lines, points, stretches (smallest and largest sample by column), marks, a note
+ * for a chart without a line.
  */
 export function chartIn(place, about) {
   const canvas = make("canvas", { tabIndex: 0, role: "img" });
   const readout = make("p", { className: "readout", ariaLive: "off" });
   place.append(canvas, readout);
   const context = canvas.getContext("2d");
+  const MARGIN = { left: WIDE_MARGIN, right: 12, top: 10, bottom: 40 };
   let content = { x: [0.1, 10], y: [0.1, 10] }, width = 0, height = 0, cursor = null, scale = 0;
 
   const to = (log) => (log ? Math.log : Number), back = (log) => (log ? Math.exp : Number);
@@ -60,6 +62,8 @@ export function chartIn(place, about) {
     context.lineWidth = 1;
     const xs = about.x.log ? logTicks(...content.x) : linearTicks(...content.x, Math.max(3, Math.round(width / 110)));
     const ys = about.y.log ? logTicks(...content.y) : linearTicks(...content.y, Math.max(3, Math.round(height / 60)));
+    const texts = tickTexts(ys, about.y.log);
+    MARGIN.left = Math.max(WIDE_MARGIN, TITLE_WIDTH + Math.max(...texts.map((words) => context.measureText(words).width)));
     context.strokeStyle = paint("grid");
     context.fillStyle = paint("soft");
     context.beginPath();
@@ -70,7 +74,7 @@ export function chartIn(place, about) {
     const every = Math.ceil((xs.length * 48) / (width - MARGIN.left));
     tickTexts(xs, about.x.log).forEach((text, k) => { if (k % every === 0) context.fillText(text, toX(xs[k]), height - MARGIN.bottom + 16); });
     context.textAlign = "right";
-    tickTexts(ys, about.y.log).forEach((text, k) => context.fillText(text, MARGIN.left - 6, toY(ys[k]) + 4));
+    texts.forEach((text, k) => context.fillText(text, MARGIN.left - 6, toY(ys[k]) + 4));
     context.textAlign = "center";
     context.fillText(about.x.label(), (MARGIN.left + width - MARGIN.right) / 2, height - 6);
     context.save();
@@ -120,7 +124,12 @@ export function chartIn(place, about) {
 
   function marks() {
     context.font = `600 ${FONT}`;
-    for (const { x, y, text, colour: name, align = "left", ring = false } of content.marks ?? []) {
+    const boxes = []; // of the texts: left, right, base
+    for (const { text, colour: name, align = "left", below = false, ring = false, ...mark } of content.marks ?? []) {
+      const span = context.measureText(text).width;
+      const boxAt = ([x, y]) => { const start = toX(x) + (align === "left" ? 8 : -8 - span); return [start, start + span, toY(y) + (below ? 15 : -6)]; };
+      const isFree = ([start, end, base]) => boxes.every(([a, b, c]) => end < a - 4 || start > b + 4 || Math.abs(base - c) > 15);
+      const places = mark.places ?? [[mark.x, mark.y]], [x, y] = places.find((each) => isFree(boxAt(each))) ?? places[0];
       if (x < content.x[0] || x > content.x[1] || y < content.y[0] || y > content.y[1]) continue;
       context.fillStyle = context.strokeStyle = paint(name);
       if (ring) {
@@ -129,13 +138,22 @@ export function chartIn(place, about) {
         context.arc(toX(x), toY(y), 5, 0, 7);
         context.stroke();
       }
-      context.textAlign = align;
+      const box = boxAt([x, y]), [left, , base] = box;
+      boxes.push(box);
+      context.textAlign = "left";
       context.strokeStyle = paint("raised");
       context.lineWidth = 3;
-      const left = toX(x) + (align === "left" ? 8 : -8);
-      context.strokeText(text, left, toY(y) - 6);
-      context.fillText(text, left, toY(y) - 6);
+      context.strokeText(text, left, base);
+      context.fillText(text, left, base);
     }
+  }
+
+  /** Lines of text in the middle. */
+  function note(lines) {
+    context.font = FONT;
+    context.fillStyle = paint("ink");
+    context.textAlign = "center";
+    lines.forEach((words, k) => context.fillText(words, (MARGIN.left + width - MARGIN.right) / 2, height / 2 + 18 * (k - lines.length / 2)));
   }
 
   function draw() {
@@ -149,6 +167,7 @@ export function chartIn(place, about) {
     context.clip();
     if (content.stretches) stretches(content.stretches);
     for (const line of content.lines ?? []) stroke(line);
+    if (content.note) note(content.note);
     for (const points of content.points ?? []) dots(points);
     marks();
     if (cursor !== null) {

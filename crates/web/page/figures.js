@@ -2,15 +2,16 @@
 
 import { chartIn, rangeAround } from "./chart.js";
 import { denseSizes, frequenciesOf } from "./core.js";
-import { modelNow, PROCESS, samplesNow, sensor, settings, TERMS } from "./settings.js";
+import { hasNoise, modelNow, PROCESS, samplesNow, sensor, settings, TERMS } from "./settings.js";
+import { foldedNoise } from "./sampled.js";
 import { make } from "./page.js";
 import { text } from "./numbers.js";
 
 const PARTS = [...TERMS, PROCESS];
-const DASH = [5, 4];
+const DASH = [5, 4], DOTS = [2, 3];
 
-/** What the page has of the present record: its curve, density, estimate. */
-export const shown = { curve: null, density: null, envelope: null, fit: null, log: null };
+/** What the page has of the present record: its curve, density, estimate; `folded`: what it holds of the filtered white noise. */
+export const shown = { curve: null, density: null, envelope: null, fit: null, log: null, folded: { white: 0, corner: null } };
 
 /** Relative error of a deviation by eq. (26): N samples, clusters of n. */
 export const errorOfPaper = (samples, size) => 1 / Math.sqrt(2 * (samples / size - 1));
@@ -28,18 +29,18 @@ export function figures(call) {
     title: "Allan deviation", x: seconds, y: { label: () => `σ(τ) [${unit()[0]}]`, log: true },
     hint: "Point at the curve, or focus it and press ← →, to read it.",
     at(tau) {
-      const k = nearest(curve.tau, tau), parts = [`τ = ${text(curve.tau[k])} s`];
-      if (!shown.log) parts.push(`model ${text(curve.all[k])} ${unit()[0]}`);
-      if (shown.curve) {
-        const j = nearest(shown.curve.tau, tau);
-        if (Math.abs(Math.log(shown.curve.tau[j] / tau)) < 0.3) parts.push(`record ${text(shown.curve.adev[j])}${shown.curve.low ? ` [${text(shown.curve.low[j])}, ${text(shown.curve.high[j])}]` : ""} at ${text(shown.curve.tau[j])} s`);
-      }
+      // The model is read at the τ of the point of the record, if one is close.
+      const measured = shown.curve, j = measured ? nearest(measured.tau, tau) : -1;
+      const isPoint = j >= 0 && Math.abs(Math.log(measured.tau[j] / tau)) < 0.3;
+      const read = isPoint ? measured.tau[j] : curve.tau[nearest(curve.tau, tau)], parts = [`τ = ${text(read)} s`];
+      if (!shown.log) parts.push(`model ${text(valueOfCurve(curve.tau, curve.all, read))} ${unit()[0]}`);
+      if (isPoint) parts.push(`record ${text(measured.adev[j])} [${text(measured.low[j])}, ${text(measured.high[j])}] ${unit()[0]}`);
       return parts.join(" · ");
     },
   });
   const spectrum = chartIn(byId("density"), {
     title: "Power spectral density", x: { label: () => "Frequency f [Hz]", log: true }, y: { label: () => `S(f), two-sided [(${unit()[0]})²/Hz]`, log: true },
-    hint: "Slopes: Q +2, N 0, B −1, K −2; R has none.",
+    hint: "Slopes: Q +2, N 0, B −1, K −2. R is no noise and has no density: its drift raises the points at low f. Eq. (24), 1/f³, belongs to a flicker acceleration. Two-sided: a one-sided density is twice as high.",
     at(f) {
       const k = nearest(density.f, f), value = shown.log ? null : density.all[k];
       return `f = ${text(density.f[k])} Hz${value === null ? "" : ` · S = ${text(value)} (${unit()[0]})²/Hz · √S = ${text(Math.sqrt(value))} ${unit()[0]}/√Hz`}`;
@@ -47,7 +48,7 @@ export function figures(call) {
   });
   const record = chartIn(byId("record"), {
     title: "Record", x: { label: () => `Time [${lengthUnit()[0]}]`, log: false }, y: { label: () => `Rate [${unit()[0]}]`, log: false },
-    hint: "Smallest and largest sample of each stretch.",
+    hint: "The record has more samples than the screen has columns: each bar reaches from the smallest to the largest sample of its column.",
     at: (t) => `t = ${text(t)} ${lengthUnit()[0]}`,
   });
   const error = chartIn(byId("error"), {
@@ -71,6 +72,7 @@ export function figures(call) {
   function drawModel() {
     model = modelNow();
     if (shown.log) model[9] = shown.log.tau0;
+    shown.folded = foldedNoise(call, model);
     const n = samples(), size = unit()[1];
     const sizes = denseSizes(n), avar = call("avar", model, sizes), count = sizes.length;
     const row = (values, k, length) => values.subarray(k * length, (k + 1) * length);
@@ -88,7 +90,8 @@ export function figures(call) {
   function drawDeviation() {
     if (!curve) return;
     const measured = shown.curve, hand = byHand();
-    const values = [...(shown.log ? [] : curve.all), ...(measured ? measured.adev : []), ...(hand ? [hand.read] : [])];
+    const flat = !shown.log && settings.on.B ? [curve.parts[2].at(-1) / 1.25] : []; // room for the line of B
+    const values = [...(shown.log ? [] : curve.all), ...flat, ...(measured ? measured.adev : []), ...(hand ? [hand.read] : [])];
     const y = frozen ?? rangeAround(values, true, 2);
     const x = [curve.tau[0] / 1.15, curve.tau.at(-1) * 1.15];
     if (hand) { x[0] = Math.min(x[0], hand.tau / 1.15); x[1] = Math.max(x[1], hand.tau * 1.15); }
@@ -98,13 +101,14 @@ export function figures(call) {
         PARTS.forEach((part, k) => {
           if (!isOn(part)) return;
           lines.push({ x: curve.tau, y: curve.parts[k], colour: part.colour, width: 1.3, dash: DASH });
-          const at = part.slope > 0 || part === PROCESS ? nearestIn(curve.tau, curve.parts[k], y, -1) : nearestIn(curve.tau, curve.parts[k], y, 1);
-          if (at !== null) marks.push({ x: curve.tau[at], y: curve.parts[k][at], text: part === PROCESS ? "G–M" : `${part.id}  ${part.slopeText}`, colour: part.colour, align: part.slope > 0 || part === PROCESS ? "right" : "left" });
+          // A label is below its line, where the curve of all noise is not: near its lower end, or at the left end of a flat line.
+          const rises = part.slope > 0 || part === PROCESS, places = placesIn(curve.tau, curve.parts[k], y, rises || part.slope === 0);
+          if (places.length) marks.push({ places, text: part === PROCESS ? "G–M" : `${part.id}  ${part.slopeText}`, colour: part.colour, align: rises || part.slope === 0 ? "left" : "right", below: true });
         });
       lines.push({ x: curve.tau, y: curve.all, colour: "ink", width: 2.2 });
     }
-    if (shown.fit?.curve && !shown.log) lines.push({ ...shown.fit.curve, colour: "link", width: 1.6, dash: [2, 3] });
-    const points = measured ? [{ x: measured.tau, y: measured.adev, low: measured.low, high: measured.high, colour: "link" }] : [];
+    if (shown.fit?.curve && !shown.log) lines.push({ ...shown.fit.curve, colour: "record", width: 1.8, dash: DOTS });
+    const points = measured ? [{ x: measured.tau, y: measured.adev, low: measured.low, high: measured.high, colour: "record" }] : [];
     if (hand) {
       lines.push({ x, y: x.map((t) => hand.read * (t / hand.tau) ** hand.slope), colour: "poor", width: 2 });
       marks.push({ x: hand.tau, y: hand.read, text: hand.text, colour: "poor", ring: true });
@@ -121,8 +125,9 @@ export function figures(call) {
         PARTS.forEach((part, k) => { if (isOn(part) && part.id !== "R") lines.push({ x: density.f, y: density.parts[k], colour: part.colour, width: 1.3, dash: DASH }); });
       lines.push({ x: density.f, y: density.all, colour: "ink", width: 2.2 });
     }
-    const points = measured ? [{ x: measured.f, y: measured.s, colour: "link", size: 2 }] : [];
-    spectrum.set({ x: [density.f[0] / 1.15, density.f.at(-1) * 1.15], y, lines, points });
+    const points = measured ? [{ x: measured.f, y: measured.s, colour: "record", size: 2 }] : [];
+    const note = !shown.log && !hasNoise() ? ["A ramp is no noise: it has no density.", "Eq. (24), 1/f³, belongs to a flicker acceleration.", "There is no noise to estimate."] : null;
+    spectrum.set({ x: [density.f[0] / 1.15, density.f.at(-1) * 1.15], y, lines, points, note });
   }
 
   function drawRecord() {
@@ -149,15 +154,21 @@ export function figures(call) {
   };
 }
 
-/** Index of the first point in a range from one end of a line; null if there is none. */
-function nearestIn(xs, ys, [low, high], step) {
-  const from = step > 0 ? 1 : xs.length - 2;
-  for (let k = from; k >= 0 && k < xs.length; k += step) if (ys[k] > low && ys[k] < high * 0.8) return k;
-  return null;
+/** The points of a line in a range, from its left end if it rises or is flat, else from its right end. */
+function placesIn(xs, ys, [low, high], rises) {
+  const inner = Array.from(xs, (x, k) => [x, ys[k]]).slice(1, -1).filter(([, y]) => y > 1.8 * low && y < 0.8 * high);
+  return rises ? inner : inner.reverse();
 }
 
-/** A legend of lines: [colour, text, dashed]. */
+/** The value of a curve at τ, along a power law between its points. */
+function valueOfCurve(taus, values, tau) {
+  const k = Math.max(1, Math.min(taus.length - 1, taus.findIndex((each) => each >= tau)));
+  const share = Math.log(tau / taus[k - 1]) / Math.log(taus[k] / taus[k - 1]);
+  return values[k - 1] * (values[k] / values[k - 1]) ** share;
+}
+
+/** A legend of lines: [colour, text, style of the line]. */
 export function legend(entries) {
-  return make("p", { className: "legend keys" }, ...entries.map(([name, words, dashed]) =>
-    make("span", {}, make("i", { style: `border-top: 3px ${dashed ? "dashed" : "solid"} var(--${name})` }), words)));
+  return make("p", { className: "legend keys" }, ...entries.map(([name, words, style = "solid"]) =>
+    make("span", {}, make("i", { style: `border-top: 3px ${style} var(--${name})` }), words)));
 }

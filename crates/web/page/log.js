@@ -5,6 +5,7 @@ import { text } from "./numbers.js";
 import { sensor, SENSORS, settings } from "./settings.js";
 
 const MAX_BYTES = 3e8, MIN_ROWS = 512, MAX_HEAD = 200;
+const GAP = 1.9, MAX_GAPS = 0.1; // shortest gap in steps, largest share of gaps among the steps
 const TIME = /^(t|time|timestamp|stamp|sec|secs|seconds|.*time.*)\b/i;
 const TIME_UNITS = [[1, "s"], [1e3, "ms"], [1e6, "µs"], [1e9, "ns"]];
 
@@ -56,16 +57,41 @@ function numberOf(field, comma) {
   return Number(comma ? field.replace(",", ".") : field);
 }
 
-/** The column of time and its rate, if there is one: {index, rate, unit}. */
+/**
+ * The step of times without gaps, and the gaps: steps of at least 1.9 times the median one. Where those are a tenth of all, they are
+ * the digits of the times, and the mean step is taken.
+ */
+function stepsOf(times) {
+  const steps = Float64Array.from({ length: times.length - 1 }, (_, k) => times[k + 1] - times[k]);
+  const mean = (times[times.length - 1] - times[0]) / steps.length, bound = GAP * steps.slice().sort()[steps.length >> 1];
+  let gaps = 0, longest = 0, first = 0, sum = 0;
+  steps.forEach((step, k) => {
+    if (step < bound) { sum += step; return; }
+    if (!gaps) first = times[k] - times[0];
+    gaps++;
+    longest = Math.max(longest, step);
+  });
+  if (gaps >= MAX_GAPS * steps.length) return { step: mean, gaps: 0, longest: 0, first: 0 };
+  return { step: sum / (steps.length - gaps), gaps, longest, first };
+}
+
+/** The column of time, its rate and its gaps, if there is one. */
 export function timeOf({ names, columns }) {
   const index = names.findIndex((name, k) => TIME.test(name) && columns[k].every((value, j, all) => j === 0 || value >= all[j - 1]));
   if (index < 0) return null;
-  const column = columns[index], step = (column[column.length - 1] - column[0]) / (column.length - 1);
+  const column = columns[index], { step, gaps, longest, first } = stepsOf(column);
   if (!(step > 0)) return null;
   const named = TIME_UNITS.find(([, unit]) => new RegExp(`[\\[(_ ](${unit}|${unit.replace("µ", "u")})[\\])]?$`).test(names[index]));
   // Without a unit in the name: the largest one that gives a rate of at least 0.5 Hz.
   const [size, unit] = named ?? TIME_UNITS.find(([each]) => step / each <= 2) ?? TIME_UNITS[3];
-  return { index, rate: Number((size / step).toPrecision(6)), unit };
+  return { index, rate: Number((size / step).toPrecision(6)), unit, gaps, longest: longest / size, first: first / size };
+}
+
+function gapsInWords(time) {
+  if (!time?.gaps) return "";
+  const first = `${text(time.first, 4)} s after the start`, longest = `${text(time.longest, 3)} s`;
+  const words = time.gaps === 1 ? `A gap of ${longest}, ${first}` : `${time.gaps} gaps, the first ${first}, the longest ${longest}`;
+  return ` ${words}: the parts are joined here, which changes the curve.`;
 }
 
 const quoted = (word) => (/^[\w./:=,+^-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
@@ -98,6 +124,20 @@ export function logReader(place, onlog) {
     setTimeout(() => { copyButton.textContent = "Copy"; }, 1500);
   }
 
+  /** Without a log, the page has its simulated record; the message comes first. */
+  function fail(words) {
+    onlog(null);
+    message.textContent = words;
+    message.className = "box poor";
+    document.body.classList.add("refused");
+    scrollTo({ top: 0 });
+  }
+
+  function clear() {
+    message.className = "";
+    document.body.classList.remove("refused");
+  }
+
   function showCommand(words) {
     command.textContent = words;
     command.hidden = copyButton.hidden = false;
@@ -106,15 +146,16 @@ export function logReader(place, onlog) {
   async function read(file) {
     name = file.name;
     controls.replaceChildren();
+    clear();
+    command.hidden = copyButton.hidden = true;
     try {
       if (file.size > MAX_BYTES) throw new Error("The log is larger than 300 MB. The command below reads it.");
       message.textContent = `Reading ${name} …`;
       table = tableOf(await file.text());
       time = timeOf(table);
     } catch (error) {
-      message.textContent = error.message;
       showCommand(`sigmatau analyze ${quoted(name)}`);
-      onlog(null);
+      fail(error.message);
       return;
     }
     ask();
@@ -130,11 +171,14 @@ export function logReader(place, onlog) {
     const take = () => {
       const hertz = Number(rate.value.replace(",", "."));
       if (!(hertz > 0)) {
-        message.textContent = `${name}: no column of time was found. Give the sampling rate.`;
+        command.hidden = copyButton.hidden = true;
+        fail(`${name}: no column of time was found. Give the sampling rate above zero in the box “Rate [Hz]”.`);
         return;
       }
       const size = sensor().logs.find(([words]) => words === units.value)[1], column = table.columns[Number(columns.value)];
-      message.textContent = `${name}: ${column.length.toLocaleString("en")} rows at ${text(hertz, 5)} Hz${time ? ` (from ${table.names[time.index]} in ${time.unit})` : ""}. Not checked here: no coefficients. The command checks the record and fits them.`;
+      const gap = gapsInWords(time);
+      clear();
+      message.textContent = `${name}: ${column.length.toLocaleString("en")} rows at ${text(hertz, 5)} Hz${time ? ` (from ${table.names[time.index]} in ${time.unit})` : ""}.${gap} Not checked here: no coefficients. The command checks the record and fits them.`;
       showCommand(commandOf({ name, column: table.names[Number(columns.value)], unit: units.value, rate: hertz, timed: time !== null && hertz === time.rate }));
       reads++;
       onlog({ name, samples: Float64Array.from(column, (value) => value * size), tau0: 1 / hertz, id: `log ${reads}` });
@@ -142,7 +186,7 @@ export function logReader(place, onlog) {
     kinds.addEventListener("change", () => { settings.sensor = kinds.value; fill(); take(); });
     for (const control of [columns, units, rate]) control.addEventListener("change", take);
     fill();
-    const back = make("button", { type: "button", onclick: () => { controls.replaceChildren(); message.textContent = ""; command.hidden = copyButton.hidden = true; input.value = ""; onlog(null); } }, "Back to the simulated record");
+    const back = make("button", { type: "button", onclick: () => { controls.replaceChildren(); message.textContent = ""; clear(); command.hidden = copyButton.hidden = true; input.value = ""; onlog(null); } }, "Back to the simulated record");
     const labelled = (words, control) => make("label", {}, words, " ", control);
     controls.replaceChildren(labelled("Sensor", kinds), labelled("Column", columns), labelled("Unit", units), labelled("Rate [Hz]", rate), back);
     take();

@@ -5,8 +5,11 @@ import { recolourCharts } from "./chart.js";
 import { coreOf, denseSizes, frequenciesOf, moduleOf, workerOf } from "./core.js";
 import { byId, figures, legend, shown } from "./figures.js";
 import { lineByHand, readings } from "./read_off.js";
-import { estimateOf, showErrors, showEstimate, showPlan, tally, verdictText } from "./results.js";
-import { hasNoise, modelFile, modelNow, PRESETS, samplesNow, sensor, settings, slider, termName, TERMS, timeText, usePreset, useSensor, MAX_SAMPLES } from "./settings.js";
+import { estimateOf, showEstimate, tally, verdictText } from "./results.js";
+import { questionOf, showErrors, showPlan } from "./lengths.js";
+import { foldedNoise, samplesForCoefficients } from "./sampled.js";
+import { hasNoise, limitLength, modelFile, modelNow, PRESETS, samplesNow, sensor, settings, slider, termName, TERMS, timeText, unitOf, usePreset, useSensor, MAX_SAMPLES } from "./settings.js";
+import { text } from "./numbers.js";
 import { logReader } from "./log.js";
 
 const QUIET = 200; // time without a change after which the record is estimated [ms]
@@ -29,7 +32,8 @@ function start(module) {
   const recorder = workerOf(module, script, onanswer), estimator = workerOf(module, script, onanswer);
   const planner = workerOf(module, script, onanswer, { impatient: true });
   let number = 0, timer = 0, moving = false, limits = null; // the last answer with the errors of the deviations
-  let sent = "", asked = null; // the log that the workers have; what the plan was asked for
+  let asks = 0; // number of the last question on a length
+  let sent = "", asked = null, isLimited = false; // the log that the workers have; what the plan was asked for
   const stale = new Set(); // what the next frame draws: "model", "record", "density"
 
   const request = () => ({ number, model: drawn.model() ?? modelNow(), samples: drawn.samples(), seed: settings.seed, log: shown.log });
@@ -44,6 +48,7 @@ function start(module) {
   function change() {
     number++;
     moving = true;
+    isLimited = limitLength();
     draw("model");
     clearTimeout(timer);
     timer = setTimeout(estimate, QUIET);
@@ -92,30 +97,36 @@ function start(module) {
   }
 
   function askPlan() {
-    const tau = Math.max(Number(byId("plan-tau").value) || 100, drawn.tau0()), error = (Number(byId("plan-error").value) || 10) / 100;
-    const size = Math.min(Math.max(1, Math.round(tau / drawn.tau0())), 5e7);
-    asked = { tau: size * drawn.tau0(), error };
     byId("model-file").textContent = modelFile();
     byId("model-commands").textContent = `sigmatau plan model.toml --term bias_instability --rate ${settings.value.rate} --hours ${settings.value.hours}\nsigmatau simulate model.toml --rate ${settings.value.rate} --hours ${settings.value.hours} --seed 1 -o log.csv`;
+    const question = questionOf(byId("plan-tau"), byId("plan-error"), drawn.tau0()), { tau, error, problem } = question;
+    byId("plan-state").textContent = problem ?? "Computing …";
+    if (problem) {
+      byId("plan").replaceChildren();
+      asks++; // an answer on its way is no longer wanted
+      byId("plan").removeAttribute("aria-busy");
+      return;
+    }
+    asked = { ...question, ask: ++asks, coefficients: samplesForCoefficients(call, modelNow(), error) };
     byId("plan").setAttribute("aria-busy", "true");
-    planner.ask("plan", { number, model: modelNow(), size, error });
+    planner.ask("plan", { number, ask: asks, model: modelNow(), size: Math.round(tau / drawn.tau0()), error });
   }
 
   function onanswer(answer) {
     if (answer.kind === "record" && !answer.failed) {
       const size = sensor().rate[1], tau0 = drawn.tau0(), adev = answer.adev.map((value) => value / size);
-      shown.curve = { tau: answer.sizes.map((m) => m * tau0), adev, low: null, high: null };
-      if (answer.freedom) {
-        shown.curve.low = adev.map((value, k) => value * answer.freedom[3 * k + 1]);
-        shown.curve.high = adev.map((value, k) => value * answer.freedom[3 * k + 2]);
-      }
+      shown.curve = { tau: answer.sizes.map((m) => m * tau0), adev, ...intervalsOf(adev, answer.freedom) };
       shown.envelope = answer.envelope ?? shown.envelope;
       draw("record");
       limits = answer;
       if (!moving) drawErrors();
     }
     if (answer.number !== number) return;
-    if (answer.kind === "plan") byId("plan").removeAttribute("aria-busy");
+    if (answer.kind === "plan" && answer.ask !== asks) return;
+    if (answer.kind === "plan") {
+      byId("plan").removeAttribute("aria-busy");
+      byId("plan-state").textContent = answer.failed ? "The length could not be computed." : "";
+    }
     if (answer.kind === "plan" && !answer.failed) showPlan(byId("plan"), { ...asked, ...answer });
     if (answer.kind === "estimate" || answer.kind === "density") {
       const size = sensor().rate[1];
@@ -138,12 +149,20 @@ function start(module) {
     if (answer.kind === "samples") save(answer.rate);
   }
 
+  /** The ends of the 95 % intervals of deviations. */
+  function intervalsOf(adev, freedom) {
+    const ends = (side) => adev.map((value, k) => (freedom ? value * freedom[3 * k + side] : value));
+    return { low: ends(1), high: ends(2) };
+  }
+
   /** The Allan deviation of the estimated coefficients. */
-  function fittedCurve({ terms, processes }) {
+  function fittedCurve({ terms, processes, lowPass }) {
     const sizes = denseSizes(drawn.samples()), tau0 = drawn.tau0(), total = new Float64Array(sizes.length);
     const add = (values) => values.forEach((value, k) => { total[k] += value; });
     const of = (model) => call("avar", model, sizes).subarray(0, sizes.length);
-    add(of([...TERMS.map(({ id }) => terms[id].model), 0, 1, 0, 1, tau0]));
+    const model = [...TERMS.map(({ id }) => terms[id].model), 0, 1, lowPass?.order ?? 0, lowPass?.corner ?? 1, tau0];
+    if (lowPass && model[1] > 0) model[1] *= model[1] / foldedNoise(call, model).white; // N before the sampler
+    add(of(model));
     for (const { sigma, time } of processes) add(of([0, 0, 0, 0, 0, sigma[0], time[0], 0, 1, tau0]));
     return { x: sizes.map((m) => m * tau0), y: [...total].map((value) => Math.sqrt(value) / sensor().rate[1]) };
   }
@@ -157,11 +176,15 @@ function start(module) {
   }
 
   function showState() {
-    const { value } = settings, wanted = value.hours * 3600 * value.rate;
-    byId("length").textContent = `${samplesNow().toLocaleString("en")} samples, ${timeText(samplesNow() / value.rate)}${wanted > MAX_SAMPLES ? `: at most ${MAX_SAMPLES.toLocaleString("en")} here` : ""}`;
+    const { value } = settings;
+    byId("length").textContent = `${samplesNow().toLocaleString("en")} samples, ${timeText(samplesNow() / value.rate)}${isLimited ? `. The longest record of this page has ${MAX_SAMPLES.toLocaleString("en")} samples; at a lower rate it lasts longer.` : ""}`;
+    byId("length").classList.toggle("limited", isLimited);
+    byId("folding").textContent = foldingText();
     document.body.classList.toggle("logged", Boolean(shown.log));
     byId("verdict").textContent = verdictText();
     byId("tally").textContent = "";
+    byId("of-record").textContent = shown.log ? "The record" : "A record with this noise";
+    byId("log-curve").hidden = !shown.log;
     byId("source").textContent = shown.log ? `Record: ${shown.log.name}` : "Record: simulated";
     sliders.get("corner").row.hidden = settings.order === 0;
     sliders.get("time").row.hidden = !settings.on.sigma;
@@ -170,9 +193,18 @@ function start(module) {
     line.refresh();
   }
 
+  /** What sampling makes of the filtered white noise. */
+  function foldingText() {
+    const { value, order, on } = settings, [units, size] = unitOf("N");
+    if (!order || !on.N) return "";
+    const held = shown.folded.white / size, half = text(value.rate / 2);
+    if (held < 1.005 * value.N) return `Sampled at ${text(value.rate)} Hz, noise above ${half} Hz folds back: here by less than 0.5 % of N.`;
+    const above = value.corner > value.rate / 2 ? ` The corner is above half the rate, ${half} Hz.` : "";
+    return `${above} Sampled at ${text(value.rate)} Hz, noise above ${half} Hz folds back: the record holds N = ${text(held)} ${units}, and nothing better can be read from it. The paper: sample at 3 to 5 times the bandwidth.`.trim();
+  }
+
   const only = (id) => () => {
     for (const key of Object.keys(settings.on)) settings.on[key] = key === id;
-    settings.order = 0;
     change();
   };
   const sliders = new Map();
@@ -201,8 +233,8 @@ function start(module) {
   byId("save").addEventListener("click", () => recorder.ask("samples", request()));
   byId("show-parts").addEventListener("change", () => { drawn.drawDeviation(); drawn.drawDensity(); });
   for (const id of ["plan-tau", "plan-error"]) byId(id).addEventListener("change", askPlan);
-  byId("deviation").before(legend([["ink", "model"], ["link", "this record, with 95 % intervals"], ["soft", "each term", true], ["link", "estimate", true]]));
-  byId("error").before(legend([["axis-1", "eq. (26)", true], ["axis-0", "exact, for this noise"]]));
+  byId("deviation").before(legend([["ink", "model"], ["record", "this record, with 95 % intervals"], ["soft", "each term", "dashed"], ["record", "estimate", "dotted"]]));
+  byId("error").before(legend([["axis-1", "eq. (26)", "dashed"], ["axis-0", "exact, for this noise"]]));
   const line = lineByHand(drawn, byId("by-hand"), () => showEstimate(byId("coefficients")));
   logReader(byId("log"), (log) => {
     Object.assign(shown, { log, curve: null, envelope: null, density: null, fit: null });
@@ -212,10 +244,11 @@ function start(module) {
     if (log) scrollTo({ top: 0 });
   });
 
+  if (matchMedia("(max-width: 55rem)").matches) document.querySelector(".tries").open = false; // the figure comes first on a phone
   themeButton();
   change();
   // For the tests of the page, and for those who look behind it.
-  window.alive = { settings, shown, frames, change, call, readings, modelNow, figures: drawn, grids: (samples, tau0) => ({ sizes: denseSizes(samples), frequencies: frequenciesOf(samples, tau0) }) };
+  window.alive = { settings, shown, frames, change, call, readings, modelNow, figures: drawn, lengths: (model, error) => samplesForCoefficients(call, model, error), grids: (samples, tau0) => ({ sizes: denseSizes(samples), frequencies: frequenciesOf(samples, tau0) }) };
 }
 
 moduleOf(byId("core").textContent).then(start).catch((error) => {

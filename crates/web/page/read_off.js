@@ -55,13 +55,18 @@ export function lineByHand(figures, place, onread) {
       anchor = start();
       handle.setAttribute("aria-label", `Line of slope ${term.slopeText}, ${termName(term.id)}. Up and down arrow keys move it.`);
     }
-    moved();
+    draw();
   }
 
-  function moved() {
-    if (term) readings.set(term.id, coefficient());
+  function draw() {
     figures.drawDeviation();
     say();
+  }
+
+  /** A reading counts once the line was moved. */
+  function moved() {
+    readings.set(term.id, coefficient());
+    draw();
     onread();
   }
 
@@ -70,10 +75,13 @@ export function lineByHand(figures, place, onread) {
       says.textContent = "Choose a line. Drag it by its handle onto the part of the curve with its slope: its height at τ = 1 s is N, at 3 s K, at √3 s Q, at √2 s R; the flat part over 0.664 is B.";
       return;
     }
-    const value = readings.get(term.id), { tau, read } = reading(), units = unitOf(term.id)[0];
+    const value = coefficient(), { tau, read } = reading(), units = unitOf(term.id)[0];
     const where = term.id === "B" ? "on the flat part" : `at τ = ${term.tauText}`;
-    const truth = settings.on[term.id] && !shown.log ? ` Chosen: ${text(settings.value[term.id])} ${units}.` : "";
-    says.textContent = `The line is at ${text(read)} ${sensor().rate[0]} ${where}; ${term.id} = σ ${term.times} = ${text(value)} ${units}, eq. (${term.eq}).${truth}`;
+    const chosen = settings.value[term.id], ratio = value / chosen, percent = Math.round(100 * (ratio - 1));
+    const truth = settings.on[term.id] && !shown.log ? ` That is ${text(ratio, 3)} times the chosen ${text(chosen)} (${percent < 0 ? "−" : "+"}${Math.abs(percent)} %).` : "";
+    const factor = value / read, by = factor < 1 ? `÷ ${text(1 / factor, 4)}` : `× ${text(factor, 4)}`;
+    const hours = term.id === "B" || settings.sensor !== "gyro" ? "" : " The paper reads at 1 h, 3 h, √3 h and √2 h, because its axis is in hours.";
+    says.textContent = `${text(read)} ${sensor().rate[0]} ${where}: ${term.id} = ${text(read)} ${by} = ${text(value)} ${units}, eq. (${term.eq}).${truth}${hours}`;
     handle.setAttribute("aria-valuetext", `${term.id} = ${text(value)} ${units}, at τ = ${text(tau)} s`);
     handle.setAttribute("aria-valuenow", String(Number(value.toPrecision(3))));
   }
@@ -109,5 +117,5 @@ export function lineByHand(figures, place, onread) {
     moved();
   });
   choose(null);
-  return { refresh: () => { if (term) moved(); else say(); } };
+  return { refresh: () => { if (term && readings.has(term.id)) moved(); else say(); } };
 }

@@ -1,13 +1,14 @@
-// What the record gives: the estimate with its intervals, the errors beside each other, the length of record.
+// What the record gives: the estimate with its intervals, beside what was chosen.
 
 import { make } from "./page.js";
 import { text } from "./numbers.js";
-import { errorOfPaper, shown } from "./figures.js";
+import { shown } from "./figures.js";
 import { readings } from "./read_off.js";
-import { hasNoise, modelNow, samplesNow, sensor, settings, termName, TERMS, timeText, unitOf } from "./settings.js";
+import { hasNoise, modelNow, samplesNow, sensor, settings, termName, TERMS, unitOf } from "./settings.js";
 
 const TERM_VALUES = 6, HEAD = 4;
 const VERDICTS = ["The model describes the record.", "The model describes the record, with the parts below.", "The model is not exact; the intervals are widened."];
+const SIGNIFICANCE = 0.05, CLOSE_TO_CERTAIN = 0.99;
 
 /** The numbers of crates/web/src/estimate.rs with names, in SI. */
 export function estimateOf(values) {
@@ -17,9 +18,9 @@ export function estimateOf(values) {
     return [id, { observed: observed === 1, value, low, high, limit, model }];
   }));
   const rest = values.slice(HEAD + TERMS.length * TERM_VALUES);
-  const corner = rest[0] > 0 ? [...rest.slice(0, 3)] : null, processes = [];
-  for (let k = 3; k + 5 < rest.length; k += 6) processes.push({ sigma: [...rest.slice(k, k + 3)], time: [...rest.slice(k + 3, k + 6)] });
-  return { verdict, pValue, tauMin, tauMax, terms, corner, processes };
+  const corner = rest[0] > 0 ? [...rest.slice(0, 3)] : null, lowPass = rest[3] > 0 ? { order: rest[3], corner: rest[4] } : null, processes = [];
+  for (let k = 5; k + 5 < rest.length; k += 6) processes.push({ sigma: [...rest.slice(k, k + 3)], time: [...rest.slice(k + 3, k + 6)] });
+  return { verdict, pValue, tauMin, tauMax, terms, corner, lowPass, processes };
 }
 
 const scaled = (values, size) => values.map((value) => value / size);
@@ -36,62 +37,104 @@ const cell = (words, attributes = {}) => make("td", attributes, words);
 
 const holdsIn = (value, low, high) => value >= low && value <= high;
 
-/** Whether a value is within an interval. */
-function inside(value, low, high) {
+/** Whether a value is within an interval, or below a limit. */
+function inside(value, low, high, [yes, no] = ["inside", "outside"]) {
   if (!Number.isFinite(low)) return cell("");
   const holds = holdsIn(value, low, high);
-  return cell(make("span", { className: `chip ${holds ? "good" : "partial"}` }, holds ? "inside" : "outside"));
+  return cell(make("span", { className: `chip ${holds ? "good" : "partial"}` }, holds ? yes : no));
 }
+
+/** What the record holds of a chosen coefficient, in SI; folding changes N behind a filter. */
+function truthOf(id) {
+  if (!settings.on[id]) return 0;
+  return id === "N" && settings.order ? shown.folded.white : settings.value[id] * unitOf(id)[1];
+}
+
+/** The corner that a fit of the samples has: the chosen one for a filter before the sampler, else where the samples have half the power. */
+function cornerOf({ corner, lowPass }) {
+  return lowPass && lowPass.corner === corner[0] ? settings.value.corner : shown.folded.corner;
+}
+
+/** A chosen value, with that of the record where folding changes it. */
+const chosenWords = (chosen, held) => (Math.abs(held / chosen - 1) < 5e-3 ? text(chosen) : `${text(chosen)}, in the record ${text(held)}`);
+
+/** The terms that describe the noise of a part which was not found. */
+function describedBy({ terms }) {
+  const ids = TERMS.map(({ id }) => id).filter((id) => terms[id].observed), added = ids.filter((id) => !settings.on[id]);
+  const names = (added.length ? added : ids).join(", ");
+  return names ? `not seen; described by ${names}` : "not seen";
+}
+
+/** Name and letter of a term; a phone shows the letter. */
+export const termHead = (id) => make("span", {}, make("span", { className: "term-name" }, `${termName(id)} `), id);
 
 /** Rows of the estimate: model, estimate with its interval or limit, read off by hand. */
 export function showEstimate(place) {
   const found = shown.fit?.estimate;
+  const row = (name, note, chosen, middle, ends, chip, hand, units) => make("tr", {}, make("th", { scope: "row" }, name, make("small", {}, ` ${note}`), make("span", { className: "unit-below" }, units)),
+    cell(chosen, { className: "chosen" }), cell(make("span", {}, middle, " ", make("span", { className: "interval" }, ends))), chip, cell(hand), cell(units, { className: "unit" }));
   const rows = TERMS.map(({ id, slopeText }) => {
-    const [units, size] = unitOf(id), present = settings.on[id], truth = present ? settings.value[id] : 0;
-    const byHand = readings.has(id) ? `${text(readings.get(id))}` : "–";
-    const head = [make("th", { scope: "row" }, `${termName(id)} ${id}`, make("small", {}, ` slope ${slopeText}`)), cell(present ? text(truth) : "absent")];
-    if (!found) return make("tr", {}, ...head, cell(shown.fit ? "–" : "…"), cell(""), cell(""), cell(byHand), cell(units));
-    const term = found.terms[id], [value, low, high, limit] = scaled([term.value, term.low, term.high, term.limit], size);
+    const [units, size] = unitOf(id), present = settings.on[id], truth = truthOf(id) / size;
+    const byHand = readings.has(id) ? text(readings.get(id)) : "–", chosen = present ? chosenWords(settings.value[id], truth) : "absent";
+    const head = [termHead(id), `slope ${slopeText}`, chosen];
+    if (!found) return row(...head, shown.fit ? "–" : "…", "", cell(""), byHand, units);
+    const term = found.terms[id], [value, low, high, limit] = scaled([term.value, term.low, term.high, term.limit], size).map(Number);
     if (!term.observed) {
-      const words = Number.isFinite(limit) ? `below ${text(Math.abs(limit))}` : "no limit";
-      return make("tr", {}, ...head, cell(words), cell("not seen"), inside(Math.abs(truth), Number.isFinite(limit) ? 0 : NaN, Math.abs(limit)), cell(byHand), cell(units));
+      const isLimited = Number.isFinite(limit);
+      return row(...head, isLimited ? `below ${text(Math.abs(limit))}` : "no limit", "not seen",
+        inside(Math.abs(truth), isLimited ? 0 : NaN, Math.abs(limit), ["limit holds", "limit too low"]), byHand, units);
     }
     const [middle, ends] = withInterval([value, low, high]);
-    return make("tr", {}, ...head, cell(middle), cell(ends, { className: "interval" }), inside(truth, low, high), cell(byHand), cell(units));
+    return row(...head, middle, ends, inside(truth, low, high), byHand, units);
   });
-  function extra(name, truth, [value, low, high], units) {
-    const [middle, ends] = withInterval([value, low, high]);
-    return make("tr", {}, make("th", { scope: "row" }, name), cell(truth === null ? "absent" : text(truth)), cell(middle),
-      cell(ends, { className: "interval" }), truth === null ? cell("") : inside(truth, low, high), cell(""), cell(units));
+  function extra(name, chosen, truth, numbers, units) {
+    const [middle, ends] = withInterval(numbers);
+    rows.push(row(name, "", chosen, middle, ends, truth === null ? cell("") : inside(truth, numbers[1], numbers[2]), "", units));
   }
+  const { value, on, order } = settings, [sigmaUnit, sigmaSize] = sensor().units.sigma;
   for (const { sigma, time } of found?.processes ?? []) {
-    const present = settings.on.sigma;
-    rows.push(extra("Gauss–Markov σ", present ? settings.value.sigma : null, scaled(sigma, sensor().units.sigma[1]), sensor().units.sigma[0]));
-    rows.push(extra("Gauss–Markov time T", present ? settings.value.time : null, time, "s"));
+    extra("Gauss–Markov σ", on.sigma ? text(value.sigma) : "absent", on.sigma ? value.sigma : null, scaled(sigma, sigmaSize), sigmaUnit);
+    extra("Gauss–Markov time T", on.sigma ? text(value.time) : "absent", on.sigma ? value.time : null, time, "s");
   }
-  if (found?.corner) rows.push(extra("Filter corner", settings.order ? settings.value.corner : null, found.corner, "Hz"));
-  const head = make("tr", {}, ...["Term", "Chosen", "Estimate", "95 % interval", "Chosen is", "By hand", "Unit"].map((words) => make("th", { scope: "col" }, words)));
+  if (found && on.sigma && !found.processes.length) {
+    rows.push(row("Gauss–Markov σ", "", text(value.sigma), describedBy(found), "", cell(""), "", sigmaUnit));
+    rows.push(row("Gauss–Markov time T", "", text(value.time), "not seen", "", cell(""), "", "s"));
+  }
+  const isFiltered = order > 0 && on.N;
+  if (found?.corner) {
+    const truth = isFiltered ? cornerOf(found) : null;
+    extra("Filter corner", isFiltered ? (truth === null ? text(value.corner) : chosenWords(value.corner, truth)) : "absent", truth, found.corner, "Hz");
+  } else if (found && isFiltered) rows.push(row("Filter corner", "", text(value.corner), "not seen: the samples look white", "", cell(""), "", "Hz"));
+  const head = make("tr", {}, ...["Term", "Chosen", "Estimate [95 % interval]", "Chosen is", "By hand", "Unit"].map((words) => make("th", { scope: "col", className: words === "Unit" ? "unit" : "" }, words)));
   place.replaceChildren(make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows)));
 }
 
 const counted = { key: "", records: 0, intervals: 0, holding: 0, seeds: new Set() };
 
 /** Count the intervals and limits that contain the chosen coefficients, over the records of the same settings. */
-export function tally({ terms }) {
+export function tally({ terms, corner, lowPass }) {
   const key = JSON.stringify([modelNow(), samplesNow()]);
   if (counted.key !== key) Object.assign(counted, { key, records: 0, intervals: 0, holding: 0, seeds: new Set() });
   if (!counted.seeds.has(settings.seed)) {
     counted.seeds.add(settings.seed);
     counted.records++;
+    const count = (holds) => { counted.intervals++; if (holds) counted.holding++; };
     for (const { id } of TERMS) {
-      const { observed, low, high, limit } = terms[id], truth = settings.on[id] ? settings.value[id] * unitOf(id)[1] : 0;
-      if (!observed && !Number.isFinite(limit)) continue;
-      counted.intervals++;
-      if (observed ? holdsIn(truth, low, high) : Math.abs(truth) <= Math.abs(limit)) counted.holding++;
+      const { observed, low, high, limit } = terms[id], truth = truthOf(id);
+      if (observed) count(holdsIn(truth, low, high));
+      else if (Number.isFinite(limit)) count(Math.abs(truth) <= Math.abs(limit));
     }
+    if (corner && settings.order && settings.on.N && cornerOf({ corner, lowPass }) !== null) count(holdsIn(cornerOf({ corner, lowPass }), corner[1], corner[2]));
   }
   const { records, intervals, holding } = counted;
-  return `So far ${holding} of ${intervals} intervals and limits hold, in ${records} record${records > 1 ? "s" : ""} of this noise.`;
+  return `So far ${holding} of ${intervals} intervals and limits contain the true value, in ${records} record${records > 1 ? "s" : ""} of this noise.`;
+}
+
+/** The p-value in words. */
+function fitInWords(p) {
+  if (p > CLOSE_TO_CERTAIN) return `p > ${CLOSE_TO_CERTAIN}: no sign that the model is wrong.`;
+  if (p > SIGNIFICANCE) return `p = ${text(p, 2)}, above ${SIGNIFICANCE}: no sign that the model is wrong.`;
+  return `p = ${text(p, 2)}, below ${SIGNIFICANCE}: so large a misfit is rare if the model is right.`;
 }
 
 /** One sentence on the estimate. */
@@ -101,45 +144,5 @@ export function verdictText() {
   if (!hasNoise()) return "There is no noise to estimate. Switch a term other than the ramp on.";
   if (fit.failed) return "This record cannot be estimated. Change the length or the noise.";
   const { verdict, pValue } = fit.estimate;
-  return `${VERDICTS[verdict]} Goodness of fit p = ${text(pValue, 2)}. ${shown.samples.toLocaleString("en")} samples, ${text(fit.time, 2)} ms.`;
-}
-
-const SHARES = [[1000, "1/1000"], [100, "1/100"], [30, "1/30"], [10, "1/10"], [5, "1/5"], [3, "1/3"]];
-
-/** The table of errors: eq. (26) and the exact one at shares of the record. */
-export function showErrors(place, figures) {
-  const limits = figures.limits(), samples = figures.samples();
-  if (!limits) return;
-  const rows = SHARES.flatMap(([share, words]) => {
-    const size = samples / share;
-    if (size < 1) return [];
-    const tau = size * figures.tau0();
-    let best = 0;
-    limits.tau.forEach((t, k) => { if (Math.abs(Math.log(t / tau)) < Math.abs(Math.log(limits.tau[best] / tau))) best = k; });
-    const at = limits.tau[best], exact = limits.exact[best], paper = 100 * errorOfPaper(samples, at / figures.tau0());
-    return [make("tr", {}, make("th", { scope: "row" }, timeText(at)), cell(words), cell(`${text(paper, 2)} %`), cell(`${text(exact, 2)} %`), cell(text(paper / exact, 2)))];
-  });
-  const head = make("tr", {}, ...["τ", "of the record", "eq. (26)", "exact", "ratio"].map((words) => make("th", { scope: "col" }, words)));
-  place.replaceChildren(make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows)));
-}
-
-/** Length of record by eq. (26) for an error of a deviation at τ: N = n·(1 + 1/(2δ²)). [s] */
-export const lengthOfPaper = (tau, error) => tau * (1 + 1 / (2 * error * error));
-
-/** "How long must I record?": for an error of a point, and for each term to be seen. */
-export function showPlan(place, { tau, error, needed, seen }) {
-  const rate = settings.value.rate, length = (samples) => (samples ? timeText(samples / rate) : "more than 10⁸ samples");
-  const point = make("p", {}, `σ(${timeText(tau)}) within ${text(100 * error)} %, one standard error: eq. (26) asks for `, make("b", {}, timeText(lengthOfPaper(tau, error))),
-    ", the exact error of this noise for ", make("b", {}, length(needed)), ".");
-  const rows = [0, 1, 3].flatMap((index, row) => {
-    const { id } = TERMS[index];
-    if (!settings.on[id]) return [];
-    const isAlone = !seen[row][0] && TERMS.every((term) => term.id === id || term.id === "R" || !settings.on[term.id]) && !settings.on.sigma;
-    const words = isAlone ? ["any length", "any length"] : seen[row].map(length);
-    return [make("tr", {}, make("th", { scope: "row" }, `${termName(id)} ${id} = ${text(settings.value[id])} ${unitOf(id)[0]}`), ...words.map((each) => cell(each)))];
-  });
-  const head = make("tr", {}, ...["To see", "in half of the records", "in nine of ten"].map((words) => make("th", { scope: "col" }, words)));
-  const parts = [point];
-  if (rows.length) parts.push(make("div", { className: "scrolled" }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows))));
-  place.replaceChildren(...parts);
+  return `${VERDICTS[verdict]} Goodness of fit ${fitInWords(pValue)} ${shown.samples.toLocaleString("en")} samples, ${text(fit.time, 2)} ms.`;
 }

@@ -19,15 +19,15 @@ export const SENSORS = {
   },
 };
 
-/** The terms: letter of IEEE Std 952, slope of σ(τ), where its line is read [s], and the factor of the reading (`times`: in words). */
+/** The terms: letter of IEEE Std 952, slope of σ(τ), where its line is read [s], and the factor of the reading. */
 export const TERMS = [
-  { id: "Q", times: "· 1 s", name: "Quantization noise", slope: -1, slopeText: "−1", tau: Math.sqrt(3), tauText: "√3 s", factor: 1, colour: "axis-3", paper: "Q_z in the paper", eq: "15" },
-  { id: "N", times: "· √(1 s)", name: "Random walk", slope: -0.5, slopeText: "−½", tau: 1, tauText: "1 s", factor: 1, colour: "axis-0", paper: "Q in the paper", eq: "17" },
-  { id: "B", times: "/ 0.664", name: "Bias instability", slope: 0, slopeText: "0", tau: null, tauText: "flat part", factor: 1 / Math.sqrt((2 * Math.LN2) / Math.PI), colour: "axis-2", paper: "B in the paper", eq: "19" },
-  { id: "K", times: "/ √(1 s)", name: "Rate random walk", slope: 0.5, slopeText: "+½", tau: 3, tauText: "3 s", factor: 1, colour: "axis-1", paper: "K in the paper", eq: "21" },
-  { id: "R", times: "/ 1 s", name: "Rate ramp", slope: 1, slopeText: "+1", tau: Math.SQRT2, tauText: "√2 s", factor: 1, colour: "axis-4", paper: "R in the paper", eq: "23" },
+  { id: "Q", name: "Quantization noise", slope: -1, slopeText: "−1", tau: Math.sqrt(3), tauText: "√3 s", factor: 1, colour: "axis-3", paper: "Q_z in the paper", eq: "15" },
+  { id: "N", name: "Random walk", slope: -0.5, slopeText: "−½", tau: 1, tauText: "1 s", factor: 1, colour: "axis-0", paper: "Q in the paper", eq: "17" },
+  { id: "B", name: "Bias instability", slope: 0, slopeText: "0", tau: null, tauText: "flat part", factor: 1 / Math.sqrt((2 * Math.LN2) / Math.PI), colour: "axis-2", paper: "B in the paper", eq: "19" },
+  { id: "K", name: "Rate random walk", slope: 0.5, slopeText: "+½", tau: 3, tauText: "3 s", factor: 1, colour: "axis-1", paper: "K in the paper", eq: "21" },
+  { id: "R", name: "Rate ramp", slope: 1, slopeText: "+1", tau: Math.SQRT2, tauText: "√2 s", factor: 1, colour: "axis-4", paper: "R in the paper", eq: "23" },
 ];
-export const PROCESS = { id: "sigma", colour: "axis-5" };
+export const PROCESS = { id: "sigma", colour: "process" };
 
 /** Sliders: range in decades of the unit; `steps` are listed values instead. */
 const RANGES = {
@@ -41,7 +41,7 @@ export const MAX_SAMPLES = 1e6;
 export const PRESETS = {
   "All five terms": { Q: 3, N: 0.15, B: 12, K: 90, R: 600, sigma: null, order: 0, rate: 50, hours: 2 },
   "Tactical grade (HG1700)": { Q: 5.1154, N: 0.094, B: null, K: null, R: null, sigma: null, order: 0, rate: 100, hours: 2 },
-  "MEMS": { Q: null, N: 0.3, B: 10, K: 60, R: null, sigma: null, order: 1, corner: 20, rate: 100, hours: 2 },
+  "MEMS": { Q: null, N: 0.3, B: 10, K: 60, R: null, sigma: null, order: 2, corner: 20, rate: 100, hours: 2 },
   "Hump of a Gauss–Markov process": { Q: null, N: 0.1, B: null, K: null, R: null, sigma: 30, time: 60, order: 0, rate: 20, hours: 4 },
 };
 
@@ -68,6 +68,17 @@ export const hasNoise = () => Object.keys(settings.on).some((id) => id !== "R" &
 /** Number of samples, at most `MAX_SAMPLES`. */
 export function samplesNow() {
   return Math.min(MAX_SAMPLES, Math.max(512, Math.round(settings.value.hours * HOUR * settings.value.rate)));
+}
+
+let applied = settings.value.hours, wanted = applied;
+
+/** Shorten the record to `MAX_SAMPLES`; a lower rate gives back the length that was set. */
+export function limitLength() {
+  const { value } = settings;
+  if (value.hours !== applied) wanted = value.hours;
+  const longest = Number((MAX_SAMPLES / value.rate / HOUR).toPrecision(3));
+  applied = value.hours = Math.min(wanted, longest);
+  return wanted > longest;
 }
 
 /** A length of time: "45 s", "2 min", "3.5 h", "12 d". */
@@ -99,14 +110,17 @@ export function slider(id, [name, title, note], onchange, { toggled = false, onl
   const box = toggled ? make("input", { type: "checkbox", ariaLabel: `${name}: present` }) : null;
   const label = make("label", { htmlFor: range.id }, make("b", {}, name), ` ${title}`, make("small", {}, note));
   const row = make("div", { className: "slider" }, ...(box ? [box] : []), label,
-    ...(only ? [make("button", { type: "button", className: "only", ariaLabel: `Only ${name}`, title: "Switch all other terms off", onclick: only }, "only")] : []),
+    ...(only ? [make("button", { type: "button", className: "only", ariaLabel: `Only ${name}`, title: "Switch all other terms off; the filter stays", onclick: only }, "only")] : []),
     make("span", { className: "entry" }, number, suffix), range);
 
   function show() {
     const [low, high] = rangeOfSlider(id), value = settings.value[id];
     range.value = String(Math.round((STEPS * (Math.log10(value) - low)) / (high - low)));
     range.setAttribute("aria-valuetext", `${text(value)} ${unit()}`);
-    if (document.activeElement !== number) number.value = text(value, 4, 1e7);
+    if (document.activeElement !== number) {
+      number.value = text(value, 4, 1e7);
+      number.removeAttribute("aria-invalid");
+    }
     suffix.textContent = unit();
     if (box) box.checked = settings.on[id];
     row.classList.toggle("off", Boolean(box) && !settings.on[id]);
@@ -119,12 +133,13 @@ export function slider(id, [name, title, note], onchange, { toggled = false, onl
   });
   number.addEventListener("change", () => {
     const typed = Number(number.value.trim().replace(",", ".")), [low, high] = rangeOfSlider(id);
+    number.setAttribute("aria-invalid", String(!(typed > 0)));
     if (typed > 0) {
       settings.value[id] = Math.min(Math.max(typed, 10 ** low), 10 ** high);
       if (box) settings.on[id] = true;
+      number.blur();
+      onchange(id);
     }
-    number.blur();
-    onchange(id);
   });
   box?.addEventListener("change", () => {
     settings.on[id] = box.checked;

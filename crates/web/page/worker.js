@@ -19,7 +19,8 @@ const KINDS = {
     const envelope = prepared(request);
     const sizes = halfOctaves(request.samples);
     const adev = call("allan", sizes).map(Math.sqrt);
-    const freedom = request.log ? null : call("freedom", request.model, request.samples, sizes);
+    // The noise of a log is not known: intervals are those of a rate random walk, the widest of the noise terms.
+    const { log, model, samples } = request, freedom = call("freedom", log ? [0, 0, 0, 1, 0, 0, 1, 0, 1, log.tau0] : model, samples, sizes);
     return { envelope, sizes, adev, freedom };
   },
   /** The density of the record. */
@@ -62,5 +63,5 @@ self.onmessage = ({ data }) => {
     held = "";
     answer = { failed: String(error) };
   }
-  self.postMessage({ kind: data.kind, number: data.number, ...answer });
+  self.postMessage({ kind: data.kind, number: data.number, ask: data.ask, ...answer });
 };

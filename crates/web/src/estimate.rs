@@ -27,8 +27,8 @@ pub fn summary(rate: &[f64], tau0: f64) -> Result<Summary, Error> {
 
 /// Verdict (0 adequate, 1 adequate with other parts, 2 widened), p-value, shortest and longest averaging time \[s\]; by term
 /// whether it was observed, value, low, high, upper limit, and its coefficient in the model; corner of a filter \[Hz\] with
-/// its interval; then for each Gauss-Markov process its σ and its time \[s\] with their intervals. NaN where there is no
-/// value. In SI.
+/// its interval; order and corner \[Hz\] of the Butterworth filter before the sampler that replaces it; then for each
+/// Gauss-Markov process its σ and its time \[s\] with their intervals. NaN where there is no value. In SI.
 #[must_use]
 pub fn estimate(record: &Summary) -> Vec<f64> {
     let fit = fit_channel(record, &Options::default(), record.samples);
@@ -49,7 +49,10 @@ pub fn estimate(record: &Summary) -> Vec<f64> {
         values.extend(numbers);
         values.push(model);
     }
-    values.extend(fit.response.and_then(|filter| filter.corner).unwrap_or([MISSING; 3]));
+    let filter = fit.response.as_ref();
+    values.extend(filter.and_then(|filter| filter.corner).unwrap_or([MISSING; 3]));
+    let low_pass = filter.and_then(|filter| filter.low_pass);
+    values.extend(low_pass.map_or([MISSING; 2], |(order, corner)| [f64::from(order), corner]));
     let ends = |of: Estimate| [of.value, of.low.unwrap_or(MISSING), of.high.unwrap_or(MISSING)];
     for process in &fit.gauss_markov {
         values.extend(ends(process.sigma));

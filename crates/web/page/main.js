@@ -101,6 +101,7 @@ function start(module) {
     byId("model-commands").textContent = `sigmatau plan model.toml --term bias_instability --rate ${settings.value.rate} --hours ${settings.value.hours}\nsigmatau simulate model.toml --rate ${settings.value.rate} --hours ${settings.value.hours} --seed 1 -o log.csv`;
     const question = questionOf(byId("plan-tau"), byId("plan-error"), drawn.tau0()), { tau, error, problem } = question;
     byId("plan-state").textContent = problem ?? "Computing …";
+    byId("plan-state").className = problem ? "wrong" : "";
     if (problem) {
       byId("plan").replaceChildren();
       asks++; // an answer on its way is no longer wanted

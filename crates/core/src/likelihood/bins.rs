@@ -143,10 +143,11 @@ impl Bins<'_> {
                 powers.fold((0.0, 0.0, 0.0), |(n, sum, squares), w| (n + 1.0, sum + w, squares + w * w));
             sum * sum / (count * squares)
         };
-        let low = (0..self.low).map(|bin| left(&mut self.frequencies_of_modes(bin).map(|f| mean.power(f))));
+        let low = (0..self.low)
+            .map(|bin| left(&mut self.frequencies_of_modes(bin).map(|f| mean.log_power(f).exp())));
         let high = self.ranges.iter().map(|&(start, stop)| {
             let there = (start..stop).filter(|&k| self.mask[k]);
-            left(&mut there.map(|k| mean.power(self.record.frequency(k))))
+            left(&mut there.map(|k| mean.log_power(self.record.frequency(k)).exp()))
         });
         self.evenness = low.chain(high).collect();
         for (i, left) in self.evenness.iter().enumerate() {

@@ -63,41 +63,41 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// |H|² at a frequency times the sample interval.
-    pub(crate) fn power(&self, x: f64) -> f64 {
-        let gain_of_mean = |length: f64| {
-            let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
-            (ratio * ratio).max(POWER_AT_ZERO)
-        };
+    /// ln |H|² at a frequency times the sample interval.
+    pub(crate) fn log_power(&self, x: f64) -> f64 {
         match self.shape {
             Shape::Digital { order, .. } => {
-                let squared = ((PI * x).tan() / self.corner_factor).powi(2);
-                1.0 / (1.0 + squared.powi(order as i32))
+                -((PI * x).tan() / self.corner_factor).powi(2 * order as i32).ln_1p()
             }
-            Shape::Folded { order, corner } => folded(order, corner, &[x])[0] / self.corner_factor,
+            Shape::Folded { order, corner } => (folded(order, corner, &[x])[0] / self.corner_factor).ln(),
             Shape::Smoothing { .. } => {
                 // |H|² = (1 − p)² / (1 − 2p cos + p²), which is ½ at the corner.
                 let p = self.corner_factor;
-                (1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)
+                ((1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)).ln()
             }
-            Shape::RunningMean { length } => gain_of_mean(f64::from(length)),
+            Shape::RunningMean { length } => {
+                let length = f64::from(length);
+                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                ratio.powi(2).max(POWER_AT_ZERO).ln()
+            }
             Shape::TwoPoles { damping, .. } => {
                 let squared = ((PI * x).tan() / self.corner_factor).powi(2);
-                1.0 / ((1.0 - squared).powi(2) + 4.0 * damping * damping * squared)
+                -((1.0 - squared).powi(2) + 4.0 * damping * damping * squared).ln()
             }
-            Shape::Means { length, stages } => gain_of_mean(length).powi(stages as i32),
+            Shape::Means { length, stages } => {
+                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                f64::from(stages) * ratio.powi(2).max(POWER_AT_ZERO).ln()
+            }
         }
     }
 
-    /// [`Self::power`] at many frequencies.
-    pub(crate) fn powers(&self, x: &[f64]) -> Vec<f64> {
+    /// [`Self::log_power`] at many frequencies.
+    pub(crate) fn log_powers(&self, x: &[f64]) -> Vec<f64> {
         match self.shape {
             Shape::Folded { order, corner } => {
-                let mut powers = folded(order, corner, x);
-                powers.iter_mut().for_each(|power| *power /= self.corner_factor);
-                powers
+                folded(order, corner, x).iter().map(|power| (power / self.corner_factor).ln()).collect()
             }
-            _ => x.iter().map(|&x| self.power(x)).collect(),
+            _ => x.iter().map(|&x| self.log_power(x)).collect(),
         }
     }
 }
@@ -108,28 +108,22 @@ fn folded(order: u32, corner: f64, x: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; x.len()];
     for image in (-IMAGES..=IMAGES).map(f64::from) {
         match order {
-            1 => add_image::<1>(&mut sums, x, image, corner),
-            2 => add_image::<2>(&mut sums, x, image, corner),
-            3 => add_image::<3>(&mut sums, x, image, corner),
-            4 => add_image::<4>(&mut sums, x, image, corner),
-            5 => add_image::<5>(&mut sums, x, image, corner),
-            HIGHEST_FITTED => add_image::<HIGHEST_FITTED>(&mut sums, x, image, corner),
+            1 => add_image::<2>(&mut sums, x, image, corner),
+            2 => add_image::<4>(&mut sums, x, image, corner),
+            3 => add_image::<6>(&mut sums, x, image, corner),
+            4 => add_image::<8>(&mut sums, x, image, corner),
+            5 => add_image::<10>(&mut sums, x, image, corner),
+            HIGHEST_FITTED => add_image::<12>(&mut sums, x, image, corner),
             _ => unreachable!("order {order}"),
         }
     }
     sums
 }
 
-/// Adds the power of one image of an analog Butterworth filter.
-fn add_image<const ORDER: u32>(sums: &mut [f64], x: &[f64], image: f64, corner: f64) {
+/// Adds the power of one image of an analog Butterworth filter, with twice its order as a constant.
+fn add_image<const EXPONENT: i32>(sums: &mut [f64], x: &[f64], image: f64, corner: f64) {
     for (sum, x) in sums.iter_mut().zip(x) {
-        let ratio = (x + image) / corner;
-        let squared = ratio * ratio;
-        let mut power = squared;
-        for _ in 1..ORDER {
-            power *= squared;
-        }
-        *sum += 1.0 / (1.0 + power);
+        *sum += 1.0 / (1.0 + ((x + image) / corner).powi(EXPONENT));
     }
 }
 
@@ -171,14 +165,9 @@ impl Shape {
         }
     }
 
-    /// |H|² at a frequency times the sample interval.
-    pub(crate) fn power(self, x: f64) -> f64 {
-        self.response().power(x)
-    }
-
     /// ln |H|² at a frequency times the sample interval.
     pub(crate) fn log_power(self, x: f64) -> f64 {
-        self.power(x).ln()
+        self.response().log_power(x)
     }
 
     /// The response, with the factors that depend only on the corner.
@@ -228,8 +217,8 @@ impl Shape {
         };
         let step = 2.0 * FARTHEST_CORNER / (CORNERS - 1) as f64;
         let misfit = |shape: Self| {
-            let powers = shape.response().powers(x);
-            let differences: Vec<f64> = powers.iter().zip(log_power).map(|(p, y)| p.ln() - y).collect();
+            let log_powers = shape.response().log_powers(x);
+            let differences: Vec<f64> = log_powers.iter().zip(log_power).map(|(a, b)| a - b).collect();
             let mean = differences.iter().sum::<f64>() / differences.len() as f64;
             differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>()
         };

@@ -204,10 +204,6 @@ impl Fit {
         for level in &model.levels {
             deviance += level.logs.iter().map(|x| (x / level.spread).powi(2)).sum::<f64>();
         }
-        // The matrix of missing samples can make densities at the zeros of a mean negative: such a model is the worst.
-        if !spectrum.iter().all(|&density| density > 0.0) || deviance.is_nan() {
-            deviance = f64::INFINITY;
-        }
         Self {
             model,
             spectrum,

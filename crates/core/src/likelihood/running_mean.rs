@@ -88,25 +88,27 @@ impl RunningMean {
         Some((Self { floor: nearest.floor, ..nearest.mean }, mask))
     }
 
-    /// |H|² at a frequency. \[Hz\]
-    pub(crate) fn power(self, f: f64) -> f64 {
-        Shape::RunningMean { length: self.length }.power(f * self.tau0)
+    /// ln |H|² at a frequency. \[Hz\]
+    pub(crate) fn log_power(self, f: f64) -> f64 {
+        Shape::RunningMean { length: self.length }.log_power(f * self.tau0)
     }
 
-    /// |H|² for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
-    pub(crate) fn tapered_power(self, f: f64, spacing: f64) -> f64 {
-        tapered(|f| self.power(f), f, spacing)
+    /// ln |H|² for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
+    pub(crate) fn log_tapered_power(self, f: f64, spacing: f64) -> f64 {
+        tapered(|f| self.log_power(f).exp(), f, spacing).ln()
     }
 
-    /// [`Self::tapered_power`] with the floor of the zeros.
-    pub(crate) fn measured_power(self, f: f64, spacing: f64) -> f64 {
-        self.tapered_power(f, spacing) + self.floor
+    /// [`Self::log_tapered_power`] with the floor of the zeros.
+    pub(crate) fn log_measured_power(self, f: f64, spacing: f64) -> f64 {
+        (self.log_tapered_power(f, spacing).exp() + self.floor).ln()
     }
 
     /// |H|² at the densities of the periodogram.
     pub(crate) fn powers(self, record: &Summary) -> Vec<f64> {
         let spacing = record.frequency(1);
-        (0..record.density.len()).map(|k| self.tapered_power(record.frequency(k), spacing)).collect()
+        (0..record.density.len())
+            .map(|k| self.log_tapered_power(record.frequency(k), spacing).exp())
+            .collect()
     }
 
     /// Frequency of half the power. \[Hz\]
@@ -246,7 +248,7 @@ mod tests {
     fn half_the_power_at_the_corner() {
         for length in [5, 16, 64] {
             let mean = RunningMean { length, tau0: 0.01, floor: 0.0 };
-            assert!((mean.power(mean.corner()) - 0.5).abs() < 1e-9, "{length}");
+            assert!((mean.log_power(mean.corner()).exp() - 0.5).abs() < 1e-9, "{length}");
         }
     }
 }

@@ -9,9 +9,9 @@ use crate::matern::SMOOTHNESS;
 use crate::terms::Term;
 use std::borrow::Cow;
 
-/// Change of a parameter of a filter of known shape for its derivative, and the |H|² that stands for 0.
+/// Change of a parameter of a filter of known shape for its derivative, and the ln |H|² that stands for |H|² = 0.
 const PARAMETER_STEP: f64 = 0.005;
-const MIN_POWER: f64 = 1e-26;
+const MIN_LOG_POWER: f64 = -60.0;
 
 /// Share of the median density that is added, so that an empty model has a likelihood.
 const FLOOR: f64 = 1e-9;
@@ -28,22 +28,26 @@ impl Model {
         if let Some(family) = self.family {
             return Some(responses(family.shape(&self.filter), bins));
         }
-        let response = |cosines: &[Vec<f64>], mean_power: &dyn Fn(RunningMean, usize) -> f64| {
-            let mut powers = vec![0.0; cosines[0].len()];
+        let response = |cosines: &[Vec<f64>], log_mean: &dyn Fn(RunningMean, usize) -> f64| {
+            let mut sum = vec![0.0; cosines[0].len()];
+            if let Some(mean) = self.mean {
+                sum.iter_mut().enumerate().for_each(|(i, s)| *s = log_mean(mean, i));
+            }
             for (a, cosine) in self.filter.iter().zip(cosines) {
-                powers.iter_mut().zip(cosine).for_each(|(sum, c)| *sum += a * c);
+                sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
             }
-            for (i, power) in powers.iter_mut().enumerate() {
-                *power = power.exp() * self.mean.map_or(1.0, |mean| mean_power(mean, i));
+            for s in &mut sum {
+                *s = s.exp();
             }
-            powers
+            sum
         };
         let spacing = bins.record.frequency(1);
-        let low = response(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.power(f)));
+        let low =
+            response(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.log_power(f).exp()).ln());
         let high = response(&bins.cosines_high, &|mean, i| {
             let f = bins.fine_points[i].frequency;
             // With missing samples, the matrix includes the smearing by the taper.
-            if bins.leaks() { mean.power(f) } else { mean.measured_power(f, spacing) }
+            if bins.leaks() { mean.log_power(f) } else { mean.log_measured_power(f, spacing) }
         });
         Some((low, high))
     }
@@ -87,7 +91,7 @@ impl Model {
     /// |H|² at a frequency, with the interval of the filter's cosines. [Hz, s]
     pub(crate) fn response_at(&self, f: f64, interval: f64) -> f64 {
         if let Some(family) = self.family {
-            return family.shape(&self.filter).power(f * interval);
+            return family.shape(&self.filter).log_power(f * interval).exp();
         }
         let angle = 2.0 * std::f64::consts::PI * f * interval;
         let sum: f64 = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0)).sum();
@@ -247,8 +251,8 @@ impl Model {
     pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
         let record = bins.record;
         let point = FinePoint::new(f, record.tau0, record.segment);
-        let of_mean = self.mean.map_or(1.0, |mean| mean.tapered_power(f, record.frequency(1)));
-        let response = self.response_at(f, self.interval(bins)) * of_mean;
+        let log_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
+        let response = self.response_at(f, self.interval(bins)) * log_mean.exp();
         let filtered = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
             match part {
@@ -266,10 +270,10 @@ impl Model {
 /// |H|² of a shape at the low bins and at the points.
 fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
     let (tau0, spacing, response) = (bins.record.tau0, bins.record.frequency(1), shape.response());
-    let power = |f: f64| response.power(f * tau0).max(MIN_POWER);
+    let power = |f: f64| response.log_power(f * tau0).max(MIN_LOG_POWER).exp();
     let at = |frequencies: &mut dyn Iterator<Item = f64>| {
-        let mut powers = response.powers(&frequencies.map(|f| f * tau0).collect::<Vec<_>>());
-        powers.iter_mut().for_each(|power| *power = power.max(MIN_POWER));
+        let mut powers = response.log_powers(&frequencies.map(|f| f * tau0).collect::<Vec<_>>());
+        powers.iter_mut().for_each(|power| *power = power.max(MIN_LOG_POWER).exp());
         powers
     };
     let low = if shape.has_zeros() {

@@ -272,9 +272,8 @@ fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
     let (tau0, spacing, response) = (bins.record.tau0, bins.record.frequency(1), shape.response());
     let power = |f: f64| response.log_power(f * tau0).max(MIN_LOG_POWER).exp();
     let at = |frequencies: &mut dyn Iterator<Item = f64>| {
-        let mut powers = response.log_powers(&frequencies.map(|f| f * tau0).collect::<Vec<_>>());
-        powers.iter_mut().for_each(|power| *power = power.max(MIN_LOG_POWER).exp());
-        powers
+        let log_powers = response.log_powers(&frequencies.map(|f| f * tau0).collect::<Vec<_>>());
+        log_powers.iter().map(|log| log.max(MIN_LOG_POWER).exp()).collect::<Vec<_>>()
     };
     let low = if shape.has_zeros() {
         (0..bins.low).map(|bin| bins.mean_of_modes(bin, power)).collect()

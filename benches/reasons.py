@@ -4,20 +4,20 @@ page.
 
 REASONS = {
     "main job over six bare curves": (
-        "a quarter of the CPU time is the start of Python, NumPy and the command, which alone is more than half of the target;"
-        " another quarter is reading. The bare curves check and fit nothing."
+        "a quarter of the CPU time is the start of Python, NumPy and the command, which alone is more than half of the"
+        " target; another quarter is reading. The bare curves check and fit nothing."
     ),
     "with a knock and 20 spikes, the same": (
-        "the checks that find and confirm disturbances, and the likelihood with missing samples, take two thirds; no function"
-        " takes more than a twentieth. One fused pass over blocks was not tried."
+        "the checks that find and confirm disturbances, and the likelihood with missing samples, take two thirds; no"
+        " function takes more than a twentieth. One fused pass over blocks was not tried."
     ),
     "ADIS16405 over its six bare curves": (
         "start and reading are as long as the target. The gyros have a filter, for which 18 shapes are fitted, and the"
         " accelerometers up to seven lines."
     ),
     "50 000 rows with motion, CPU time over earlier": (
-        "more is imported and checked than in the earlier commit: a tenth to a quarter more CPU time for each log, and half as"
-        " much again for one with filtered gyros, for which more shapes of filters are fitted. No part became twice as fast."
+        "more is imported and checked than in the earlier commit: a tenth to a quarter more CPU time for each log, and half"
+        " as much again for one with filtered gyros, for which more shapes of filters are fitted. No part became twice as fast."
     ),
     "185 000 rows with people, CPU time over earlier": "as for the rows with motion.",
     "24 hours, six axes, 200 Hz, NPY": (

@@ -17,7 +17,7 @@ REASONS = {
     ),
     "50 000 rows with motion, CPU time over earlier": (
         "more is imported and checked than in the earlier commit: a tenth to a quarter more CPU time for each log, and half"
-        " as much again for one with filtered gyros, for which more shapes of filters are fitted. No part became twice as fast."
+        " as much again for one with filtered gyros, for which more shapes of filters are fitted. None is twice as fast."
     ),
     "185 000 rows with people, CPU time over earlier": "as for the rows with motion.",
     "24 hours, six axes, 200 Hz, NPY": (

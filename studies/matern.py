@@ -48,7 +48,7 @@ def cell(seed: int, smoothness: float, time: float, white: float, hours: float) 
                 "slope": fit.slope_observed,
                 "ratio": [each.value / truth for each, truth in zip(estimates, truths, strict=True)],
                 "inside": [
-                    each.low is not None and each.high is not None and each.low <= truth <= each.high
+                    (each.low is None or each.low <= truth) and (each.high is None or truth <= each.high)
                     for each, truth in zip(estimates, truths, strict=True)
                 ],
                 "markov": fit.gauss_markov_p_value,

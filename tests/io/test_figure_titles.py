@@ -78,6 +78,20 @@ def test_another_unit_in_the_title_is_a_question(tmp_path, name, title, unit):
     assert st.read_figure(path, **{**OPTIONS, "unit": unit})["gyro"].adev.min() > 0
 
 
+def test_two_units_on_a_page_are_a_question(tmp_path):
+    """Nothing shows which of the panels a line is in."""
+    titles = ("σ [deg/h]", "σ [µg]")
+    rest = "".join(
+        f'<text transform="translate({-50 - 600 * k} 200) rotate(-90)">{t}</text>' for k, t in enumerate(titles)
+    )
+    path = by_hand(tmp_path / "a.svg", rest=rest)
+    for unit, others in (("deg/h", "µg"), ("ug", "deg/h")):
+        with pytest.raises(st.OptionError, match=f"has y axes in {unit} and {others}"):
+            st.read_figure(path, **{**OPTIONS, "unit": unit})
+    curve = st.read_figure(path, y_axis={320: 1, 20: 1000}, **OPTIONS)["gyro"]
+    assert curve.adev == pytest.approx(deviation(curve.tau), rel=5e-3)
+
+
 def test_squares_in_the_title_are_a_question(tmp_path):
     rest = '<text transform="translate(-50 200) rotate(-90)">AVAR [(deg/h)²]</text>'
     path = by_hand(tmp_path / "a.svg", rest=rest)

@@ -12,7 +12,6 @@ from sigmatau.frozen import frozen
 from sigmatau.model.matern import SMOOTHNESS, Matern
 from sigmatau.results import Plain, duration_text
 
-_TIME_LIMIT = 0.01  # relative distance of an end of the correlation time from its limit
 _AT_LIMIT = 0.005  # distance of an end of the smoothness from its range below which the record does not limit it
 
 
@@ -27,13 +26,13 @@ class FittedMatern(Plain):
     observed : bool
         Whether the record shows slow noise. Without, only `upper_limit` is of use.
     sigma : Interval
-        Standard deviation. If the interval of `time` ends at its limit, only the lower end is of use. [unit of the rate]
+        Standard deviation. Without an upper end if `time` lacks an end: it grows with the time. [unit of the rate]
     upper_limit : float or None
         Upper limit of the standard deviation, over all correlation times and slopes. [unit of the rate]
     time : Interval
-        Correlation time, from 20 samples to a quarter of the record. [s]
+        Correlation time. An end that reaches its limit, 20 samples or a quarter of the record, is None. [s]
     smoothness : Interval
-        ν, from 0.02 to 1/2. [1]
+        ν, from 0.02 to 1/2. Without ends if `time` has no lower one. [1]
     terms : mapping of str to float
         Coefficients of the terms beside the process. [SI]
     gauss_markov_p_value : float
@@ -76,7 +75,7 @@ class FittedMatern(Plain):
             raise DataError("the record does not show a Matérn process; it has an upper limit, not a value")
         return Matern(sigma=self.sigma.value, time=self.time.value, smoothness=self.smoothness.value)
 
-    def text(self, factor: float, unit: str, *, shortest: float, longest: float) -> str:
+    def text(self, factor: float, unit: str) -> str:
         """The process in words.
 
         Parameters
@@ -85,8 +84,6 @@ class FittedMatern(Plain):
             Size of the unit of the standard deviation. [unit of the rate]
         unit : str
             Its symbol.
-        shortest, longest : float
-            Limits of the correlation time. [s]
 
         Returns
         -------
@@ -95,24 +92,28 @@ class FittedMatern(Plain):
         if not self.observed:
             limit = "" if self.upper_limit is None else f": below {two_digits(self.upper_limit / factor)} {unit}"
             return f"no Matérn process seen{limit}"
-        sigma = round_to_error(self.sigma.value, self.sigma.low, self.sigma.high, size=factor).with_unit(unit)
-        time = round_to_error(self.time.value, self.time.low, self.time.high).with_unit("s")
-        smoothness = self._smoothness_text()
-        # Beyond a limit of T the others have no interval: sigma grows with T, and nu with it below the shortest time.
-        if self.time.high is None or self.time.high >= (1 - _TIME_LIMIT) * longest:
-            sigma = f"at least {two_digits((self.sigma.low or 0.0) / factor)} {unit}"
-            time = f"at least {duration_text(self.time.low or 0.0)}"
-        if self.time.low is None or self.time.low <= (1 + _TIME_LIMIT) * shortest:
-            upper = self.time.high is not None and self.time.high < (1 - _TIME_LIMIT) * longest
-            time = f"below {duration_text(self.time.high or 0.0)}" if upper else "not determined"
-            sigma = f"at least {two_digits((self.sigma.low or 0.0) / factor)} {unit}"
-            smoothness = "not determined"
         fit = ""
         if self.p_value < MIN_P_VALUE:
             fit = f"; this model does not describe the record, p = {two_digits(self.p_value)}"
         return (
-            f"Matérn process of {sigma}, correlation time {time}, smoothness {smoothness};"
+            f"Matérn process of {self._sigma_text(factor, unit)}, correlation time {self._time_text()},"
+            f" smoothness {self._smoothness_text()};"
             f" Gauss-Markov process: p = {two_digits(self.gauss_markov_p_value)}{fit}"
+        )
+
+    def _sigma_text(self, factor: float, unit: str) -> str:
+        if self.sigma.high is None:
+            return f"at least {two_digits((self.sigma.low or 0.0) / factor)} {unit}"
+        return round_to_error(self.sigma.value, self.sigma.low, self.sigma.high, size=factor).with_unit(unit)
+
+    def _time_text(self) -> str:
+        low, high = self.time.low, self.time.high
+        if low is None:
+            return "not determined" if high is None else f"below {duration_text(high)}"
+        return (
+            f"at least {duration_text(low)}"
+            if high is None
+            else round_to_error(self.time.value, low, high).with_unit("s")
         )
 
     def _smoothness_text(self) -> str:

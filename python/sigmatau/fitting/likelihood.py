@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
@@ -28,8 +29,11 @@ from sigmatau.fitting.pass_over import never_changes, summarized
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import NOISE
-from sigmatau.record.streams import Stream
+from sigmatau.record.streams import Grid, Stream
 
+_SHORTEST_TIME = 20.0  # shortest correlation time of a fit, as in crates/core/src/likelihood/fit.rs [samples]
+_LONGEST_TIME = 0.25  # longest one [record]
+_AT_LIMIT = 0.01  # relative distance of an end of the time from its limit below which the record does not limit it
 _MAX_PROCESSES = 8  # largest number of given Gauss-Markov processes
 _MAX_REGRESSORS = 20  # largest number of given curves
 _MIN_CURVE = 1e-150  # smallest regressor whose square stays in range
@@ -181,7 +185,7 @@ def as_noise_fit(
         model=dict(fit.model),
         response=None if fit.response is None else _response(fit.response, unit),
         regressors=dict(zip(regressors, coefficients, strict=True)),
-        matern=None if fit.matern is None else _matern(fit.matern, unit),
+        matern=None if fit.matern is None else _matern(fit.matern, unit, stream.grid),
         second=tuple(typed(SecondModel, model, unit, terms=dict(model.terms)) for model in fit.second),
         discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
         reasons=reasons,
@@ -191,9 +195,20 @@ def as_noise_fit(
     )
 
 
-def _matern(fitted: MaternEstimate, unit: str) -> FittedMatern:
-    """Convert the model with a Matérn process."""
-    return typed(FittedMatern, fitted, unit, terms=dict(fitted.terms), gauss_markov_p_value=fitted.gauss_markov)
+def _matern(estimate: MaternEstimate, unit: str, grid: Grid) -> FittedMatern:
+    """Convert the model with a Matérn process. Beyond a limit of the time the other parameters have no interval."""
+    fitted = typed(FittedMatern, estimate, unit, terms=dict(estimate.terms), gauss_markov_p_value=estimate.gauss_markov)
+    shortest, longest = _SHORTEST_TIME * grid.tau0, _LONGEST_TIME * grid.n * grid.tau0
+    low, high = fitted.time.low, fitted.time.high
+    low = None if low is None or low <= (1 + _AT_LIMIT) * shortest else low
+    high = None if high is None or high >= (1 - _AT_LIMIT) * longest else high
+    sigma, smoothness = fitted.sigma, fitted.smoothness
+    return replace(
+        fitted,
+        sigma=replace(sigma, high=None) if low is None or high is None else sigma,
+        time=replace(fitted.time, low=low, high=high),
+        smoothness=replace(smoothness, low=None, high=None) if low is None else smoothness,
+    )
 
 
 def _response(fitted: FilterEstimate, unit: str) -> FittedFilter:

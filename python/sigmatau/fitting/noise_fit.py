@@ -269,8 +269,7 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         if self.matern is not None:
             sizes = [self.matern.sigma.value]
             symbol, size = display_units("bias_instability", self.quantity, self.rate_unit, sizes)[-1]
-            limits = {"shortest": 20 * self.tau0, "longest": 0.25 * self.n * self.tau0}
-            texts.append(self.matern.text(size, symbol, **limits))
+            texts.append(self.matern.text(size, symbol))
         for resonance in self.resonance:
             sigma, frequency = (
                 _interval_text(resonance.sigma, factor, unit),

@@ -49,13 +49,19 @@ def has_logarithm(drawing: FigurePage) -> bool:
 
 
 def check_unit(titles: Iterable[str], unit: str, *, is_variance: bool) -> None:
-    """Compare the unit of the y axis with the titles beside y axes. Raises `OptionError` if none of their units is it."""
+    """Compare the unit of the y axis with the titles beside y axes. Raises `OptionError` if one of their units differs."""
     si, factor = rate_unit(unit)
     texts = [_plain(text) for text in titles if len(text) <= _MAX_TITLE]
     units = [each for text in texts for each in _units(text)]
-    if units and not any(each[1] == si and abs(each[2] / factor - 1) < 1e-3 for each in units):
+    different = [each for each in units if each[1] != si or abs(each[2] / factor - 1) >= 1e-3]
+    if different and len(different) == len(units):
         raise OptionError(
             f"has a y axis in {units[0][0]}, not {unit}. Give {Hint('unit', value=units[0][0])}", option="unit"
+        )
+    if different:
+        hint = Hint("y_axis", value={"COORDINATE": "VALUE"})
+        raise OptionError(
+            f"has y axes in {unit} and {different[0][0]}. State two points of that of the line, {hint}", option="y_axis"
         )
     if not is_variance and texts and all(_SQUARED.search(text) for text in texts):
         raise OptionError(f"has variances, {texts[0]}. Give {Hint('content', value='variance')}", option="content")

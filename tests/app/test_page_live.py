@@ -179,6 +179,25 @@ def test_a_file_that_grows(browser, port, tmp_path):
         assert command(tab, "analyze") == f"sigmatau analyze {log} --rate 100"
 
 
+def test_a_late_state_of_the_record(browser, port, tmp_path):
+    """Until it comes, the files of the last step are not on screen, and it replaces no step that was chosen meanwhile."""
+    (tmp_path / "still.csv").write_bytes(b"".join(lines(200)))
+    with served(port) as page, tabs(browser, page_address(page)) as open_tab:
+        tab, held = open_tab(), []
+        tab.get_by_role("button", name="still.csv").wait_for()
+        tab.route("**/api/live", lambda route: held.append(route))  # a built-in function is refused
+        tab.locator("#step-live").click()
+        tab.get_by_text("Looking for a live record…").wait_for()
+        assert tab.get_by_role("button", name="still.csv").count() == 0
+        tab.locator("#step-open").click()
+        tab.get_by_role("button", name="still.csv").wait_for()
+        with tab.expect_response("**/api/live"):
+            held.pop().continue_()
+        tab.get_by_role("button", name="still.csv").click()
+        tab.locator("#step-columns[aria-current]").wait_for()
+        tab.get_by_label("Use of column 1").wait_for()
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_phone(browser, port, scheme):
     with served(port) as page, tabs(browser, page_address(page)) as open_tab:

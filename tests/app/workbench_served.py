@@ -52,7 +52,9 @@ def serving(workbench):
         server = uvicorn.Server(uvicorn.Config(application, log_level="critical", lifespan="off", ws="none"))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
-        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=120, trust_env=False) as asking:
-            yield asking
-        server.should_exit = True
-        thread.join()
+        try:
+            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=120, trust_env=False) as asking:
+                yield asking
+        finally:  # also after a failed test, or its process would not end
+            server.should_exit = True
+            thread.join()

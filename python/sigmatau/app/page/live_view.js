@@ -18,12 +18,15 @@ const STATES = { recording: ["Recording", "good"], stopped: ["Stopped", "partial
  * Records are saved in `folder`; `opened` is called with a saved log, and `command` with the equivalent command.
  */
 export async function showLive(view, { folder, opened, command }) {
+  const place = make("div", { className: "head" }, make("div", {}, make("h1", {}, "Live"), make("p", { className: "none" }, "Looking for a live record…")));
+  view.replaceChildren(place); // the controls of the last step do nothing here
   let state;
   try {
     state = await live();
   } catch (error) {
-    return view.replaceChildren(errorBox(error));
+    return place.isConnected ? view.replaceChildren(errorBox(error)) : undefined;
   }
+  if (!place.isConnected) return undefined; // another step was chosen meanwhile
   if (state.state !== "none") return showRecord(view, state, { folder, opened, command });
   command("sigmatau app");
   return view.replaceChildren(

@@ -201,6 +201,11 @@ impl Fit {
         for ((s, i), nu) in spectrum.iter().zip(&powers).zip(weights) {
             deviance += nu * (s.ln() + i / s);
         }
+        // With missing samples the density behind a filter can be negative in a bin, and its logarithm is NaN: a model
+        // without a likelihood.
+        if deviance.is_nan() {
+            deviance = f64::INFINITY;
+        }
         for level in &model.levels {
             deviance += level.logs.iter().map(|x| (x / level.spread).powi(2)).sum::<f64>();
         }
@@ -294,4 +299,28 @@ pub(crate) fn time_limits(bins: &Bins) -> (f64, f64) {
 /// Squares of the four terms of a model.
 pub(crate) fn squares(fit: &Fit) -> [f64; NOISE_TERMS] {
     TERMS.map(|part| fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::likelihood::summary::Summary;
+    use crate::terms::Term;
+
+    #[test]
+    fn a_negative_density_has_no_likelihood() {
+        let x: Vec<f64> = (0..4096).map(|i| f64::from((i * 7919) % 1013) - 506.0).collect();
+        let record = Summary::of(&x, 0.01).unwrap();
+        let bins = Bins::new(&record, Arc::new(vec![true; record.density.len()]), Arc::new(Vec::new()));
+        let white = Model::new(vec![Part::Term(Term::RandomWalk)], Vec::new()).fit(&bins);
+        assert!(white.deviance.is_finite());
+        let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
+        let mut spectrum = white.spectrum.clone();
+        spectrum[3] *= -1e-9;
+        let negative = Fit::of(white.model.clone(), spectrum, &bins, white.products.clone(), &weights);
+        assert_eq!(negative.deviance, f64::INFINITY);
+        let fits = [negative, white];
+        let least = fits.iter().min_by(|a, b| a.deviance.total_cmp(&b.deviance)).unwrap();
+        assert!(least.deviance.is_finite());
+    }
 }

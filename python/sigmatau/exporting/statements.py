@@ -12,6 +12,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.findings.exporting import PairConsistency, QuantizationInSamples
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.process_curves import scaled
 from sigmatau.noise.terms import SLOW, TERMS
 from sigmatau.results import duration_text
 
@@ -94,7 +95,7 @@ def _with_factors(numbers: Numbers, sensor: str, truth: AssumedNoise) -> Assumed
     fast, slow = (numbers.factor(term, sensor) for term in ("random_walk", "rate_random_walk"))
     noise = truth.noise
     terms = {name: value * (fast if name == "random_walk" else slow) for name, value in noise.terms.items()}
-    processes = tuple(replace(process, sigma=slow * process.sigma) for process in noise.gauss_markov)
+    processes = tuple(scaled(process, slow) for process in noise.gauss_markov)
     return replace(truth, noise=replace(noise, terms=terms, gauss_markov=processes))
 
 

@@ -18,6 +18,7 @@ from sigmatau.errors import OptionError
 from sigmatau.fitting.alternatives import Modes, least_ramp_beside_walk, process_excluded
 from sigmatau.fitting.components import LONGEST_SHARE, MIN_TIMES, coefficient, half_octaves, linear_powers
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.process_curves import process_text, process_values
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import NOISE, TERMS, coefficient_unit, display_units
@@ -91,7 +92,7 @@ class Plan(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        processes = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
+        processes = [process_values(process) for process in self.gauss_markov]
         fields = "channel term unit others record_s=duration found_in_half=half found_in_nine_of_ten=most value"
         times = "half_find_it_in_s=half_in nine_of_ten_find_it_in_s=most_in relative_error=error level"
         return plain(self, fields, times, gauss_markov=processes, sample_rate_hz=1 / self.tau0)
@@ -106,7 +107,7 @@ class Plan(Printed):
             terms.append(f"{TERMS[name].label(self.quantity)} {value / size:.4g} {unit}")
         sigmas = [process.sigma for process in self.gauss_markov]
         unit, size = display_units("bias_instability", self.quantity, self.rate_unit, sigmas)[-1]
-        terms += [f"Gauss-Markov {g.sigma / size:.4g} {unit} over {g.time:.4g} s" for g in self.gauss_markov]
+        terms += [process_text(process, unit, size) for process in self.gauss_markov]
         lines = [f"{self.channel}: {label} beside {', '.join(terms)}; {1 / self.tau0:.6g} Hz"]
         absent = [t for t in TERMS if t not in self.others and t not in (self.term, "rate_ramp")]
         if absent:

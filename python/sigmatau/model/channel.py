@@ -17,6 +17,7 @@ from sigmatau.frozen import frozen
 from sigmatau.model import covariance as covariances
 from sigmatau.model.matern import Matern, filter_processes
 from sigmatau.model.parameters import Covariance
+from sigmatau.model.process_curves import process_avar, process_psd, process_size, process_text, process_values, scaled
 from sigmatau.model.processes import (
     LARGEST,
     SMALLEST,
@@ -232,19 +233,9 @@ class ChannelModel(Mapping[str, float], Printed):
                 parts[term] = terms.avar(term, value, m=sizes, tau0=tau0)
         if not parts:
             terms.avar("random_walk", 1.0, m=sizes, tau0=tau0)  # checks the arguments
-        for gm in self.gauss_markov:
-            added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
-            parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
-        for process in self.matern:
-            for gm in process.gauss_markov(tau0):
-                added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
-                parts["matern"] = parts.get("matern", 0.0) + added
-        for resonance in self.resonance:
-            added = kernels.resonance_avar(resonance.sigma, resonance.frequency, resonance.width, sizes, tau0)
-            parts["resonance"] = parts.get("resonance", 0.0) + added
-        for line in self.sinusoid:
-            added = kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
-            parts["sinusoid"] = parts.get("sinusoid", 0.0) + added
+        for kind in PROCESSES:
+            for process in getattr(self, kind):
+                parts[kind] = parts.get(kind, 0.0) + process_avar(process, sizes, tau0)
         return parts
 
     def adev(self, tau: ArrayLike | None = None, *, m: ArrayLike | None = None, tau0: float | None = None) -> Floats:
@@ -327,19 +318,9 @@ class ChannelModel(Mapping[str, float], Printed):
                 total += np.maximum(kernels.band_limited_psd(before, order, corner, frequency, tau0), 0.0)
             elif term != "rate_ramp":
                 total += terms.psd(term, value, frequency, tau0=tau0)
-        for gm in self.gauss_markov:
-            total += kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
-        for process in self.matern:
-            if tau0 is None:
-                total += process.psd(frequency)
-            else:
-                for gm in process.gauss_markov(tau0):
-                    total += kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
-        for resonance in self.resonance:
-            if tau0 is None:
-                total += kernels.resonance_psd(resonance.sigma, resonance.frequency, resonance.width, frequency)
-            else:
-                total += covariances.resonance(resonance, tau0).psd(frequency, tau0)
+        for kind in PROCESSES:
+            for process in getattr(self, kind):
+                total += process_psd(process, frequency, tau0)
         return total
 
     def autocovariance(self, lags: ArrayLike, *, tau0: float) -> Floats:
@@ -481,18 +462,16 @@ class ChannelModel(Mapping[str, float], Printed):
         """
         if not (math.isfinite(real(factor)) and factor > 0):
             raise DataError(f"a factor must be a positive number, not {factor!r}")
+        processes: dict[str, Any] = {
+            kind: tuple(scaled(process, factor) for process in getattr(self, kind)) for kind in PROCESSES
+        }
         return ChannelModel(
             terms={term: factor * value for term, value in self.terms.items()},
-            gauss_markov=tuple(replace(g, sigma=factor * g.sigma) for g in self.gauss_markov),
-            matern=tuple(replace(process, sigma=factor * process.sigma) for process in self.matern),
-            resonance=tuple(replace(r, sigma=factor * r.sigma) for r in self.resonance),
-            sinusoid=tuple(replace(s, amplitude=factor * s.amplitude) for s in self.sinusoid),
+            **processes,
             bandwidth=self.bandwidth,
             quantity=self.quantity,
             unit=self.unit,
-            alike_from=None
-            if self.alike_from is None
-            else replace(self.alike_from, sigma=factor * self.alike_from.sigma),
+            alike_from=None if self.alike_from is None else scaled(self.alike_from, factor),
             alternatives=tuple(alternative.scaled(factor) for alternative in self.alternatives),
             turn_on=None if self.turn_on is None else self.turn_on.scaled(factor),
             tau_min=self.tau_min,
@@ -570,25 +549,15 @@ class ChannelModel(Mapping[str, float], Printed):
         fit_values = (("tau_min_s", self.tau_min), ("duration_s", self.duration), ("sample_rate_hz", self.rate))
         content |= {key: value for key, value in fit_values if value}
         content |= {} if self.adequate else {"adequate": False}
-        if self.gauss_markov:
-            content["gauss_markov"] = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
-        if self.matern:
-            content["matern"] = [
-                {"sigma": process.sigma, "time_s": process.time, "smoothness": process.smoothness}
-                for process in self.matern
-            ]
-        if self.resonance:
-            content["resonance"] = [
-                {"sigma": r.sigma, "frequency_hz": r.frequency, "width_hz": r.width} for r in self.resonance
-            ]
-        if self.sinusoid:
-            content["sinusoid"] = [{"amplitude": s.amplitude, "frequency_hz": s.frequency} for s in self.sinusoid]
+        for kind in PROCESSES:
+            if processes := getattr(self, kind):
+                content[kind] = [process_values(process) for process in processes]
         if self.bandwidth is not None:
             content["bandwidth"] = {"order": self.bandwidth.order, "corner_hz": self.bandwidth.corner}
             if self.bandwidth.rate is not None:
                 content["bandwidth"]["rate_hz"] = self.bandwidth.rate
         if self.alike_from is not None:
-            content["alike_from"] = {"sigma": self.alike_from.sigma, "time_s": self.alike_from.time}
+            content["alike_from"] = process_values(self.alike_from)
         if self.alternatives:
             content["alternatives"] = [
                 {key: alternative.to_dict()[key] for key in ("terms", "gauss_markov") if getattr(alternative, key)}
@@ -603,20 +572,10 @@ class ChannelModel(Mapping[str, float], Printed):
         for term, value in self.terms.items():
             text, factor = display_units(term, self.quantity, self.unit, [value])[-1]
             rows.append(f"{TERMS[term].label(self.quantity)} {value / factor:.6g} {text}")
-        sizes = [process.sigma for process in self.gauss_markov] + [process.sigma for process in self.matern]
-        sizes += [peak.sigma for peak in self.resonance]
-        sizes += [line.amplitude for line in self.sinusoid]
+        processes = [process for kind in PROCESSES for process in getattr(self, kind)]
+        sizes = [process_size(process) for process in processes]
         text, factor = display_units("bias_instability", self.quantity, self.unit, sizes)[-1]
-        rows += [f"Gauss-Markov {g.sigma / factor:.4g} {text} over {g.time:.4g} s" for g in self.gauss_markov]
-        rows += [
-            f"Matérn {p.sigma / factor:.4g} {text} over {p.time:.4g} s, smoothness {p.smoothness:.3g}"
-            for p in self.matern
-        ]
-        rows += [
-            f"resonance {r.sigma / factor:.4g} {text} at {r.frequency:.4g} Hz, half width {r.width:.4g} Hz"
-            for r in self.resonance
-        ]
-        rows += [f"sinusoid {s.amplitude / factor:.4g} {text} at {s.frequency:.4g} Hz" for s in self.sinusoid]
+        rows += [process_text(process, text, factor) for process in processes]
         if self.bandwidth is not None:
             rows.append(f"white noise up to {self.bandwidth.corner:.4g} Hz, order {self.bandwidth.order}")
         if self.alike_from is not None:

@@ -26,6 +26,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
+from sigmatau.model.process_curves import scaled
 from sigmatau.model.unobserved import Unobserved, assume_terms, find_unobserved, unobserved_text
 from sigmatau.noise.terms import SLOW, TERMS
 from sigmatau.record.record import stream_name
@@ -142,8 +143,8 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     for term, value in assume_terms(model, _policy(numbers)).items():
         terms[term] = (slow_factor if term in SLOW else white_factor) * value
     terms |= _chosen_terms(numbers, name)
-    processes = tuple(replace(g, sigma=slow_factor * g.sigma) for g in model.gauss_markov)
-    resonances = tuple(replace(r, sigma=slow_factor * r.sigma) for r in model.resonance)
+    processes = tuple(scaled(g, slow_factor) for g in model.gauss_markov)
+    resonances = tuple(scaled(r, slow_factor) for r in model.resonance)
     return replace(model, terms=terms, gauss_markov=processes, resonance=resonances)
 
 

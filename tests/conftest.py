@@ -63,7 +63,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if any("::" in argument for argument in config.args):
         return
     # Of files that are collected in part, as with --last-failed, nothing shows whether a test exists.
-    if not any(config.getoption(option) for option in ("lf", "keyword", "markexpr", "ignore", "deselect")):
+    if not any(config.getoption(option, None) for option in ("lf", "keyword", "markexpr", "ignore", "deselect")):
         collected = {item.nodeid for item in items}
         files = {name.split("::")[0] for name in collected}
         if removed := {name for name in names - collected if name.split("::")[0] in files}:

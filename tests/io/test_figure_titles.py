@@ -144,3 +144,70 @@ def test_a_curve_cut_by_the_axes(tmp_path, name):
     axes.set(xlim=(0.1, 500), ylim=(20, 80))
     curve = st.read_figure(saved(drawing, tmp_path / name), **OPTIONS)["gyro"]
     assert curve.adev == pytest.approx(deviation(curve.tau), rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        (("10 ms", "100 ms", "1 s", "10 s", "100 s", "1 ks"), ("1", "10", "100", "1k")),
+        (("10ms", "100ms", "1s", "10s", "100s", "1000s"), ("1", "10", "100", "1 K")),
+        (("10000 µs", "100000 us", "1 s", "10 s", "100 s", "1000 s"), ("1", "10", "0.1k", "0,001M")),
+        (("10m", "100m", "1", "10", "100", "1k"), ("1000m", "10", "100", "1k")),
+        (("10⁻² s", "10⁻¹ s", "10⁰ s", "10¹ s", "10² s", "10³ s"), ("1", "10", "100", "1000")),
+    ],
+)
+def test_prefixes_and_units_of_time_in_labels(tmp_path, x, y):
+    curve = st.read_figure(by_hand(tmp_path / "a.svg", x=x, y=y), **OPTIONS)["gyro"]
+    assert curve.tau[0] == pytest.approx(0.01)
+    assert curve.adev == pytest.approx(deviation(curve.tau), rel=5e-3)
+
+
+def test_minutes_hours_and_days_in_labels(tmp_path):
+    pytest.importorskip("matplotlib")
+    drawing, axes = figure()
+    axes.plot(times(), np.degrees(deviation(times())) * 3600)
+    axes.set_xticks([0.01, 1, 60, 3600, 86400], ["10 ms", "1 s", "1 min", "1 h", "1 d"])
+    curve = st.read_figure(saved(drawing, tmp_path / "texts.svg"), **OPTIONS)["gyro"]
+    assert curve.tau[0] == pytest.approx(0.01, rel=1e-3)
+    assert curve.adev == pytest.approx(deviation(curve.tau), rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("labels", "message"),
+    [
+        ({"x": ("0.001 m", "0.01 m", "0.1 m", "1 m", "10 m", "100 m")}, "m can be milli or minutes"),
+        ({"y": ("1 m", "10 m", "100 m", "1000 m")}, "m can be milli or minutes"),
+        ({"x": ("0.01", "0.1", "1", "10", "100", "1000 s")}, "not all labels of its x axis have a unit"),
+        ({"y": ("1 s", "10 s", "100 s", "1000 s")}, "the labels of its y axis are times"),
+        ({"x": ("0.01", "0.1", "1", "10", "100", "1000 ms")}, "the label 1000 ms of its x axis contradicts"),
+        ({"x": ("0.01 kg", "0.1 kg", "1 kg", "10 kg", "100 kg", "1 t")}, "x axis has no labels beside ticks"),
+        ({"y": ("1", "10 k", "100", "1000")}, "y axis"),
+    ],
+)
+def test_labels_whose_suffix_is_not_clear_are_a_question(tmp_path, labels, message):
+    with pytest.raises(st.OptionError, match=message):
+        st.read_figure(by_hand(tmp_path / "a.svg", **labels), **OPTIONS)
+
+
+@pytest.mark.parametrize("text", ["[°/s]", "σ [°/s]", "ADEV, °/s"])
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_unit_above_the_y_axis_is_compared(tmp_path, name, text):
+    pytest.importorskip("matplotlib")
+    if name.endswith("pdf"):
+        pytest.importorskip("pypdfium2")
+    drawing, axes = figure()
+    axes.set_ylabel("")
+    axes.text(-0.08, 1.04, text, transform=axes.transAxes)
+    axes.plot(times(), deviation(times()))
+    path = saved(drawing, tmp_path / name)
+    with pytest.raises(st.OptionError, match="y axis in °/s, not deg/h"):
+        st.read_figure(path, **OPTIONS)
+    assert st.read_figure(path, **{**OPTIONS, "unit": "°/s"})["gyro"].adev.min() > 0
+
+
+def test_other_texts_above_the_figure_are_not_compared(tmp_path):
+    """A caption far to the right, and a text above an axis whose title has the unit."""
+    title = '<text transform="translate(-50 200) rotate(-90)">σ [deg/h]</text>'
+    for rest in ('<text x="200" y="-9">Noise, °/s</text>', title + '<text x="-20" y="-9">of a gyro in °/s</text>'):
+        curve = st.read_figure(by_hand(tmp_path / "a.svg", rest=rest), **OPTIONS)["gyro"]
+        assert curve.adev == pytest.approx(deviation(curve.tau), rel=5e-3)

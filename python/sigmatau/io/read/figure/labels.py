@@ -26,15 +26,30 @@ _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:,\d{3})+(?:\.\d*)?")
 _DECIMAL_COMMA = re.compile(r"0,\d+|\d+,\d{1,2}|\d{1,3}(?:\.\d{3}){2,}")  # texts that no decimal point explains
 _THOUSAND_POINTS = re.compile(r"[1-9]\d{0,2}(?:\.\d{3})+")
 _POWER = re.compile(r"(?:([\d.]+)[·x])?10(?:\^|\*\*)?([-+]?\d{1,2})")
+_ENDING = re.compile(r"(.*[\d.⁰¹²³⁴-⁹])\s*([a-zA-Zµμ]+)")
+_PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "k": 1e3, "K": 1e3, "M": 1e6, "G": 1e9}
+_TIMES = {
+    **{f"{prefix}s": size for prefix, size in _PREFIXES.items() if prefix in "nuµμmk"},
+    **dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
+    **dict.fromkeys(("min", "mins", "minute", "minutes"), 60.0),
+    **dict.fromkeys(("h", "hr", "hrs", "hour", "hours"), 3600.0),
+    **dict.fromkeys(("d", "day", "days"), 86400.0),
+}
+TIME, MILLI = "s", "m"
+"""Values of `TickLabel.suffix` with a meaning for the axis."""
 
 
 @frozen(eq=False)
 class TickLabel:
-    """A number beside an axis: its text, its value, and its place."""
+    """A number beside an axis: its text, its value, and its place.
+
+    `suffix`: `TIME` for a number with a unit of time, whose value is in s; `MILLI` for ``10m``, which may be minutes.
+    """
 
     text: str
     value: float
     is_power: bool
+    suffix: str
     start: float
     end: float
     baseline: float
@@ -62,14 +77,15 @@ def labels_among(words: Sequence[Word]) -> list[TickLabel]:
     words = [word for word in words if len(word.text) <= _MAX_LETTERS]
     has_comma = any(_DECIMAL_COMMA.fullmatch(word.text.strip()) for word in words)
     for word in words:
-        number = parse_number(word.text, decimal_comma=has_comma)
+        number = parse_label(word.text, decimal_comma=has_comma)
         if number is not None and math.isfinite(number[0]):
-            value, is_power = number
+            value, is_power, suffix = number
             labels.append(
                 TickLabel(
                     text=word.text,
                     value=value,
                     is_power=is_power,
+                    suffix=suffix,
                     start=word.first.start,
                     end=word.end,
                     baseline=word.first.baseline,
@@ -144,6 +160,19 @@ def joined_words(texts: Sequence[TextPiece]) -> list[Word]:
 def _is_placed(text: TextPiece) -> bool:
     """Whether a text has a place and a size."""
     return text.size > 0 and math.isfinite(text.size + text.start + text.end + text.baseline)
+
+
+def parse_label(text: str, *, decimal_comma: bool = False) -> tuple[float, bool, str] | None:
+    """As `parse_number`, also of a number with an SI prefix, ``1k``, or a unit of time, ``10 ms``; with its suffix."""
+    text = text.strip()
+    ending = _ENDING.fullmatch(text)
+    word = ending[2] if ending else ""
+    size = _TIMES.get(word) or _PREFIXES.get(word)
+    number = parse_number(ending[1] if ending and size else text, decimal_comma=decimal_comma)
+    if number is None:
+        return None
+    suffix = TIME if word in _TIMES else MILLI if word == "m" else ""
+    return number[0] * (size or 1.0), number[1], suffix
 
 
 def parse_number(text: str, *, decimal_comma: bool = False) -> tuple[float, bool] | None:

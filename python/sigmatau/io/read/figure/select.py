@@ -17,10 +17,10 @@ from sigmatau.io.read.figure import clicks, pdf_process, svg
 from sigmatau.io.read.figure.axis import Axis, stated_axis
 from sigmatau.io.read.figure.candidates import Candidate, find_candidates
 from sigmatau.io.read.figure.drawing import MAX_BYTES, FigurePage
-from sigmatau.io.read.figure.labels import find_labels
+from sigmatau.io.read.figure.labels import find_labels, joined_words
 from sigmatau.io.read.figure.lines import FigureLine, line_of_values, standard_error
 from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, calibrate_rows, path_axes
-from sigmatau.io.read.figure.titles import check_unit, has_logarithm, other_unit
+from sigmatau.io.read.figure.titles import check_unit, has_logarithm, has_unit, other_unit, titles_above
 
 Linear = Literal["x", "y", "xy"]
 
@@ -50,6 +50,16 @@ class Figure:
     drawing: FigurePage
     candidates: tuple[Candidate, ...]
     rows: dict[str, list[Row]]
+
+    @property
+    def titles(self) -> tuple[str, ...]:
+        """The titles along y axes. If none has a unit, also the texts above these axes."""
+        along = self.drawing.titles
+        if has_unit(along):
+            return along
+        words = joined_words(self.drawing.texts)
+        above = (text for row in self.rows["y"] for text in titles_above(words, row.first, row.across))
+        return (*along, *(text for text in dict.fromkeys(above) if has_unit([text])))
 
 
 def open_figure(path: Path, page: int | None) -> Figure:
@@ -106,7 +116,7 @@ def read_lines(
         )
     figure = open_figure(path, page)
     if y_axis is None:
-        check_unit(figure.drawing.titles, unit, is_variance=is_variance)
+        check_unit(figure.titles, unit, is_variance=is_variance)
     lines = []
     for name, candidate in _selected(figure.candidates, line).items():
         sd = standard_error(candidate) if point_error is None else point_error

@@ -13,7 +13,7 @@ from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.io.read.figure.axis import Axis, calibrated
 from sigmatau.io.read.figure.drawing import Box, FigurePage
-from sigmatau.io.read.figure.labels import TickLabel, Word, joined_words, labels_among
+from sigmatau.io.read.figure.labels import MILLI, TIME, TickLabel, Word, joined_words, labels_among
 from sigmatau.io.read.figure.titles import factor_text
 
 _REACH = 3.0  # largest distance of a label from its tick over the size of its font
@@ -249,7 +249,7 @@ def _fitted(matched: Mapping[TickLabel, float], lines: _TickFamily, ticks: Float
 
 def _are_flat_powers(labels: Iterable[TickLabel]) -> bool:
     """Whether all labels can be powers of ten whose exponents are not raised: 100, 101, 102."""
-    return all(len(label.text) == 3 and label.text.startswith("10") for label in labels)
+    return all(len(label.text) == 3 and label.text.isdigit() and label.text.startswith("10") for label in labels)
 
 
 def _has_log_ticks(axis: Axis, ticks: Floats) -> bool:
@@ -304,6 +304,7 @@ def _nearest(way: str, rows: Sequence[Row], extent: tuple[float, float], across:
             raise AxisError(way, f"the values of its {way} axis fall {DIRECTIONS[way]}: {row.text}")
         if row.factor:
             raise AxisError(way, f"the values of its {way} axis have a factor, {row.factor}")
+        _check_suffixes(way, row)
         for place, text in row.contrary:
             if low - 1 <= place <= high + 1:
                 raise AxisError(way, f"the label {text} of its {way} axis contradicts {row.text}")
@@ -311,6 +312,17 @@ def _nearest(way: str, rows: Sequence[Row], extent: tuple[float, float], across:
     if first.axis.is_log != last.axis.is_log or not np.allclose(first.axis.read(ends), last.axis.read(ends), rtol=0.02):
         raise AxisError(way, f"it has two {way} axes, with {first.text} and {last.text}")
     return max(sides, key=lambda row: len(row.labels))
+
+
+def _check_suffixes(way: str, row: Row) -> None:
+    """Raise `AxisError` if units or prefixes of labels do not determine the values of an axis."""
+    suffixes = {label.suffix for label in row.labels}
+    if way == "y" and TIME in suffixes:
+        raise AxisError(way, f"the labels of its y axis are times: {row.text}")
+    if TIME in suffixes and len(suffixes) > 1:
+        raise AxisError(way, f"not all labels of its {way} axis have a unit: {row.text}")
+    if suffixes == {MILLI}:
+        raise AxisError(way, f"m can be milli or minutes in the labels of its {way} axis: {row.text}")
 
 
 def _covers(row: Row, low: float, high: float) -> bool:

@@ -24,7 +24,25 @@ _FACTOR = re.compile(r"(?:\\times|[×x·*])10(?:\^\{?)?[-−+]?[\d⁻⁰¹²³�
 _MAX_FACTOR = 24  # letters
 _MAX_TITLE = 200  # letters
 _FACTOR_RISE = (0.3, 4.0)  # of a factor above the highest tick over the size of the font
+_ABOVE = 2.0  # largest distance of the beginning of a text above a y axis to the right of it over the size of the font
 _FACTOR_REACH = 8.0  # largest distance of a factor from the end of its axis over the size of the font
+
+
+def titles_above(words: Sequence[Word], first: float, across: float) -> Iterator[str]:
+    """Texts above the upper end of a y axis, at its side, such as its unit.
+
+    `first`: coordinate of its highest labelled tick; `across`: that of the ends of its ticks.
+    """
+    for word in words:
+        size = word.first.size
+        is_above = _FACTOR_RISE[0] * size <= first - word.first.baseline <= _TITLE * size
+        if is_above and -_FACTOR_REACH * size <= word.first.start - across <= _ABOVE * size:
+            yield word.text
+
+
+def has_unit(titles: Iterable[str]) -> bool:
+    """Whether a title has the unit of a rate."""
+    return any(True for text in titles if len(text) <= _MAX_TITLE for _ in _units(_plain(text)))
 
 
 def other_unit(texts: Sequence[TextPiece], box: Box) -> str:

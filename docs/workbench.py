@@ -12,6 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+from matplotlib.figure import Figure
 from playwright.sync_api import Locator, Page, sync_playwright
 
 from sigmatau.cli import main
@@ -61,6 +63,37 @@ def walk(tab: Page) -> None:
     take(tab, "compare")
 
 
+def click_figure(tab: Page, folder: Path) -> None:
+    """Click the ticks and the curve of a drawn figure, whose axes end at labelled ticks."""
+    drawing = Figure(figsize=(6.4, 4.8))
+    axes = drawing.add_subplot(xscale="log", yscale="log", xlabel="averaging time [s]", ylabel="Allan deviation [°/h]")
+    tau = np.geomspace(0.01, 3000, 40)
+    values = np.hypot(np.hypot(18 / np.sqrt(tau), 8.0), 0.58 * np.sqrt(tau))
+    axes.plot(tau, values, color="black")
+    axes.grid(which="both", alpha=0.4)
+    axes.set(xlim=(0.01, 1e4), ylim=(1, 1e3))
+    drawing.savefig(folder / "datasheet.png", dpi=100)
+    tab.locator("#step-open").click()
+    tab.locator("#chooser").set_input_files(folder / "datasheet.png")
+    tab.locator(".figure-step:not([hidden])").wait_for()
+    tab.wait_for_timeout(500)
+    box = tab.locator(".holder").bounding_box() or {}
+    zoom = box["width"] / 640
+
+    def click(time: float, value: float) -> None:
+        x, y = axes.transData.transform((time, value))
+        tab.mouse.click(box["x"] + zoom * x, box["y"] + zoom * (480 - y))
+
+    for place, text in (((0.01, 1), "0.01"), ((1e4, 1), "10^4"), ((0.01, 1), "1"), ((0.01, 1e3), "1000")):
+        click(*place)
+        tab.keyboard.type(text)
+        tab.keyboard.press("Enter")
+    for k in range(0, len(tau), 2):
+        click(tau[k], values[k])
+    tab.locator("#command", has_text="sigmatau curve").wait_for()
+    take(tab, "figure")
+
+
 def run() -> None:
     """Take all pictures."""
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -76,6 +109,7 @@ def run() -> None:
                 tab.set_default_timeout(120_000)
                 tab.goto(address)
                 walk(tab)
+                click_figure(tab, Path(folder))
                 browser.close()
             finally:
                 server.terminate()

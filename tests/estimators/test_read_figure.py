@@ -115,6 +115,30 @@ def test_values_without_axes(tmp_path):
         st.read_figure(tmp_path / "c.csv", unit="deg/h", point_error=2)
 
 
+def test_several_clicked_curves_share_a_table(tmp_path):
+    """Their points are at different x: the cell of a curve without a point in a row is empty."""
+    tau = times(20)
+    x, y = 100 + 80 * np.log10(tau), 100 - 90 * np.log10(deviation(tau))
+    rows = [f"{a:.2f},{b:.2f}," for a, b in zip(x, y, strict=True)]
+    rows += [f"{a + 0.3:.2f},,{b - 27.09:.2f}" for a, b in zip(x[:15], y[:15], strict=True)]
+    path = tmp_path / "c.csv"
+    path.write_text("\n".join(["x,gyro_x,gyro_y", *sorted(rows)]) + "\n")
+    axes = {"x_axis": {100: 1, 180: 10}, "y_axis": {100: 1, 190: 0.1}}
+    columns = {"x": "1", "gyro_x": "2", "gyro_y": "3"}
+    curves = st.read_figure(path, unit="rad/s", columns=columns, **axes)
+    assert (len(curves["gyro_x"].tau), len(curves["gyro_y"].tau)) == (20, 15)
+    assert curves["gyro_x"].adev == pytest.approx(deviation(curves["gyro_x"].tau), rel=3e-3)
+    assert curves["gyro_y"].adev == pytest.approx(2 * deviation(curves["gyro_y"].tau), rel=0.012)
+    alone = st.read_figure(path, unit="rad/s", columns={"x": "1", "gyro_y": "3"}, **axes)["gyro_y"]
+    assert np.array_equal(alone.adev, curves["gyro_y"].adev)
+    path.write_text("\n".join(["x,gyro_x,gyro_y", *rows[:23]]) + "\n")
+    with pytest.raises(st.DataError, match=r"has 3 points of gyro_y\. Click 8 or more"):
+        st.read_figure(path, unit="rad/s", columns=columns, **axes)
+    path.write_text("\n".join(["x,gyro_x,gyro_y", *rows[:19], ",5,6"]) + "\n")
+    with pytest.raises(st.DataError, match=r"the point is not two numbers\. Remove this row"):
+        st.read_figure(path, unit="rad/s", columns=columns, **axes)
+
+
 def test_an_unknown_length_is_the_shortest_possible(tmp_path):
     """The intervals are then wider than for any other length, and contain those of a stated one."""
     path = by_hand(tmp_path / "hand.svg")

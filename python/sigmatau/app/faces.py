@@ -19,12 +19,17 @@ LABELS: Mapping[str, str] = {
     "baud": "Baud",
     "bias": "Bias instability",
     "channels": "Columns",
+    "content": "The figure shows",
+    "hours": "Length of the record [h]",
     "input": "The columns are",
     "interleaved": "Sensors whose rows take turns",
     "keep": "Restore",
+    "linear": "linear",
     "layout": "Fields of a row",
     "leave_out": "Leave this part out",
     "method": "Method",
+    "page": "Page",
+    "point_error": "Clicking error",
     "rate": "Sampling rate [Hz]",
     "read_off_at": "By hand",
     "scale": "Scale",
@@ -35,6 +40,8 @@ LABELS: Mapping[str, str] = {
     "topic": "Topic",
     "unit": "Unit",
     "window": "Window",
+    "x_axis": "Ticks of the x axis",
+    "y_axis": "Ticks of the y axis",
 }
 """Label of the control of each option of analyses, datasheets and ports. Labels of an export are made of option names."""
 

@@ -12,8 +12,9 @@ from sigmatau.io import NOT_LOGS, bag_files
 from sigmatau.io.written import is_result
 from sigmatau.lab.store.connect import is_store
 
-FileKind = Literal["folder", "log", "result", "store", "model", "datasheet", "session"]
+FileKind = Literal["folder", "log", "result", "store", "model", "datasheet", "session", "figure"]
 
+_FIGURES = (".png", ".jpg", ".jpeg", ".webp", ".gif", ".svg", ".pdf")
 _LONGEST_TOML = 1 << 20  # largest size of a model, a datasheet or a session [bytes]
 
 
@@ -26,6 +27,8 @@ def file_kind(path: Path) -> FileKind | None:
     ending = path.suffix.lower()
     if is_result(path):
         return "result" if ending == ".json" else None
+    if ending in _FIGURES:
+        return "figure"
     if ending == ".toml":
         return _toml_kind(path)
     if is_store(path):

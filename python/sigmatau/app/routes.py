@@ -22,6 +22,7 @@ from starlette.routing import Route
 from sigmatau.app.answers import CallError, error_answer, failed_answer, file_answer, json_answer, missing, text_answer
 from sigmatau.app.bodies import number_in, read_body, table_in, text_in, whole_number_in
 from sigmatau.app.comparison_routes import comparison_routes
+from sigmatau.app.figure_routes import figure_routes
 from sigmatau.app.files import Roots, Upload, Uploads
 from sigmatau.app.guard import TooLargeError
 from sigmatau.app.jobs import Jobs, Result, Results
@@ -85,6 +86,7 @@ class Workbench:
             ("/api/results/{id}/{name}", "GET", self.download),
             ("/api/export", "POST", self.export),
             *comparison_routes(self),
+            *figure_routes(self),
             *live_routes(self),
         ]
         return Starlette(
@@ -171,7 +173,7 @@ class Workbench:
             return json_answer({"kind": kind, "result": self.results.add(Result(**parts, name=log.name))})
         if kind == "store":
             return text_answer(await self.ask(log.path, "runs", log=log, unit=None))
-        if kind in ("model", "datasheet"):
+        if kind in ("model", "datasheet", "figure"):
             return json_answer({"kind": kind, "source": log.name})
         if kind == "session":
             return text_answer(await self.ask(None, "session", log=log))

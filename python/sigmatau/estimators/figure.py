@@ -63,7 +63,8 @@ def read_figure(
         Standard error of a coordinate of a point, also of stated points of the axes. Default: a quarter of the width of
         the line and the resolution of the file; 1 for clicked points. For points that are values it is relative.
     columns : mapping of str to str, optional
-        Names, or numbers from 1, of the columns of points: ``{"x": "1", "gyro_x": "2"}``. Default: the only two.
+        Names, or numbers from 1, of the columns of points: ``{"x": "1", "gyro_x": "2"}``. Default: the only two. In a
+        table of more columns a cell may be empty.
     content : {"deviation", "variance"}
         Content of the y axis.
     rate : float, optional

@@ -221,7 +221,7 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
             channel=name,
             verdict=fitted.headline(),
             trust=str(fitted.trust),
-            rows=tuple(_fitted_rows(fitted)),
+            rows=tuple(fitted_rows(fitted)),
             notes=tuple(map(printable, [*reason, *fitted.notes()])),
         )
     rows = []
@@ -235,7 +235,8 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
     return Coefficients(channel=name, verdict=verdict, trust="", rows=tuple(rows), notes=())
 
 
-def _fitted_rows(fitted: NoiseFit) -> list[tuple[str, str, str, str]]:
+def fitted_rows(fitted: NoiseFit) -> list[tuple[str, str, str, str]]:
+    """Label, value, interval and unit of each term; the reason in place of the interval of a term that was not observed."""
     rows = []
     for name, term in fitted.items():
         value, interval, unit = fitted.texts(name)[-1]

@@ -14,25 +14,31 @@ export class ApiError extends Error {
   }
 }
 
-async function call(method, path, body, signal) {
-  let response;
+async function send(method, path, body, signal) {
   try {
-    response = await fetch(new URL(`api/${path}`, BASE), {
+    return await fetch(new URL(`api/${path}`, BASE), {
       method, signal, headers: body === undefined ? {} : { "Content-Type": "application/json" }, body: body === undefined ? undefined : JSON.stringify(body),
     });
   } catch (error) {
     if (error.name === "AbortError") throw error;
     throw new ApiError({ message: "The server does not answer: start sigmatau app again.", code: "gone" }, 0);
   }
+}
+
+async function call(method, path, body, signal) {
+  return content(await send(method, path, body, signal));
+}
+
+async function content(response) {
   const text = await response.text();
-  let content;
+  let answer;
   try {
-    content = text ? JSON.parse(text) : {};
+    answer = text ? JSON.parse(text) : {};
   } catch {
     throw new ApiError({ message: `The server answered with status ${response.status} and no JSON.`, code: "failed" }, response.status);
   }
-  if (!response.ok) throw new ApiError(content.error ?? { message: `The server answered with status ${response.status}.` }, response.status);
-  return content;
+  if (!response.ok) throw new ApiError(answer.error ?? { message: `The server answered with status ${response.status}.` }, response.status);
+  return answer;
 }
 
 export const about = () => call("GET", "about");
@@ -48,6 +54,15 @@ export const runs = (source, unit) => call("POST", "runs", { ...source, unit });
 export const openRun = (source, run) => call("POST", "runs/open", { ...source, run });
 export const datasheets = () => call("GET", "datasheets");
 export const specification = (named, { use, sided, bias }) => call("POST", "specification", { ...named, use: use || null, sided: sided || null, bias: bias || null });
+export const figureFacts = (source, page) => call("POST", "figure", { ...source, page });
+
+/** The picture of a figure, a Blob. */
+export async function figurePicture(source, page) {
+  const response = await send("POST", "figure/picture", { ...source, page });
+  return response.ok ? response.blob() : content(response);
+}
+
+export const figureCurves = (body, signal) => call("POST", "figure/curves", body, signal);
 export const config = (body) => call("POST", "config", body);
 export const live = () => call("GET", "live");
 export const ports = () => call("GET", "ports");

@@ -4,7 +4,7 @@ import { drop, forget } from "./frame.js";
 import { make } from "./page.js";
 import { about, config, files, open, result as fetchResult } from "./api.js";
 import { announce, button, byId, copy, errorBox, nameOfPath } from "./dom.js";
-import { begin, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
+import { begin, beginFigure, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
 import { showLive } from "./live_view.js";
 import { acceptDrops, openDropped, showOpen, sourceOfEntry } from "./open_view.js";
 import { showColumns } from "./columns_view.js";
@@ -16,11 +16,13 @@ import { showCompare } from "./compare_view.js";
 import { addAgain, dropFile } from "./compare_open.js";
 import { addSpecification, addStore, allResults, rememberResult, restoreComparison } from "./comparison.js";
 import { offerDatasheet } from "./compare_sources.js";
+import { figureFrom, newFigure } from "./figure_state.js";
+import { figureChanged, showFigure } from "./figure_view.js";
 
 const view = byId("view");
-const STEPS = ["live", "open", "columns", "result", "files", "compare"];
-const NOT_LOGS = /\.(toml|db|sqlite3?)$/i; // may not be a log; the content decides
-const TITLES = { live: "Live", open: "Open", columns: "Columns", result: "Result", files: "Export", compare: "Compare" };
+const STEPS = ["live", "open", "columns", "result", "files", "compare", "figure"];
+const NOT_LOGS = /\.(toml|db|sqlite3?|png|jpe?g|webp|gif|svg|pdf)$/i; // may not be a log; the content decides
+const TITLES = { live: "Live", open: "Open", columns: "Columns", result: "Result", files: "Export", compare: "Compare", figure: "Figure" };
 
 /** Show the step of the session. */
 async function show() {
@@ -31,7 +33,8 @@ async function show() {
     else if (session.step === "columns") await showColumns(view, startAnalysis);
     else if (session.step === "result") await showResult(view, () => goTo("files"));
     else if (session.step === "files") await showFiles(view);
-    else await showCompare(view, { command: showCompareCommand, inColumns: opened });
+    else if (session.step === "figure") await showFigure(view, { command: (text) => showCommandOf("figure", text), compared: () => goTo("compare") });
+    else await showCompare(view, { command: (text) => showCommandOf("compare", text), inColumns: opened, inFigure: openFigure });
   } catch (error) {
     showError(error);
   }
@@ -48,7 +51,7 @@ function showError(error) {
 
 function goTo(step) {
   setStep(step);
-  if (step !== "live") showCommand();
+  if (!["live", "figure"].includes(step)) showCommand();
   scrollTo(0, 0);
   view.focus({ preventScroll: true });
   announce(TITLES[step]);
@@ -72,8 +75,15 @@ async function opened({ source, name, options = {}, exportState, kind = NOT_LOGS
   return isAnalysed && session.opened && !session.opened.question ? startAnalysis() : undefined;
 }
 
-/** Open a file that is not a log: a session, a result, a store, a model or a datasheet. */
+/** Open a figure: its curves are clicked. */
+function openFigure({ source, name }) {
+  beginFigure(newFigure(source, nameOfPath(name)));
+  return goTo("figure");
+}
+
+/** Open a file that is not a log: a session, a result, a store, a model, a datasheet or a figure. */
 async function openContent(content, source, name) {
+  if (content.kind === "figure") return openFigure({ source, name });
   if (content.kind === "session") return opened({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options, exportState: { target: content.target ?? "", choices: content.choices }, kind: "log" });
   if (content.kind === "result") return openResult(content.result, name, source);
   if (content.kind === "store") addStore(source, name, content);
@@ -127,16 +137,17 @@ function resultOrigin() {
   return resultSource ? { source: resultSource, name } : { id };
 }
 
-/** Show the commands that compare the same results; null shows the command of the session. */
-function showCompareCommand(text) {
-  if (session.step !== "compare") return;
+/** Show the command of a step if it is on screen; null shows the command of the session. */
+function showCommandOf(step, text) {
+  if (session.step !== step) return;
   if (text === null) showCommand();
   else byId("command").textContent = text;
 }
 
 function showState() {
   const { source, id, step } = session;
-  const isReachable = { live: Boolean(session.about), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: true };
+  const isReachable = { live: Boolean(session.about), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: true, figure: Boolean(session.figure) };
+  byId("step-figure").parentElement.hidden = !session.figure;
   for (const name of STEPS) {
     const stepButton = byId(`step-${name}`);
     stepButton.disabled = !isReachable[name];
@@ -155,6 +166,7 @@ onChange((what) => {
   showState();
   if (what === "options" || what === "source" || what === "result") showCommand();
   if (what === "options") optionsChanged();
+  if (what === "figure") figureChanged();
   if (what === "export") {
     showCommand();
     fileChanged();
@@ -176,7 +188,7 @@ async function openResult(id, name = session.name, source = null) {
 }
 
 function keys(event) {
-  const command = event.ctrlKey || event.metaKey, isText = event.target.matches?.("input[type=text], textarea");
+  const command = event.ctrlKey || event.metaKey, isText = event.target.matches?.("input[type=text], input[type=number], textarea");
   if (command && event.key === "Enter" && session.step === "columns") byId("analyse")?.click();
   else if (command && event.key.toLowerCase() === "z" && !isText) event.shiftKey ? redo() : undo();
   else if (command && event.key.toLowerCase() === "y" && !isText) redo();
@@ -188,6 +200,7 @@ async function restore() {
   const stated = readFragment();
   if (!stated) return goTo(session.about.live ? "live" : "open");
   if (stated.step === "compare" && stated.compared) return restoreCompared(stated);
+  if (stated.step === "figure" && figureFrom(stated.figure)) return restoreFigure(stated);
   if (!stated.source) return openResult(stated.result);
   forget();
   begin(stated.source, stated.name, stated.options, stated.exportState);
@@ -203,6 +216,14 @@ async function restore() {
     }
   }
   return goTo("columns");
+}
+
+/** Restore the clicked points and the session that an address states. */
+function restoreFigure({ source, name, options, exportState, figure }) {
+  forget();
+  if (source) begin(source, name, options, exportState);
+  beginFigure(figureFrom(figure));
+  return goTo("figure");
 }
 
 /** Restore the comparison and the session that an address states. */

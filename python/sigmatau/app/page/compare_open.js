@@ -14,8 +14,8 @@ let addDropped = () => {};
 /** Add a file that was dropped on the step. */
 export const dropFile = (file) => addDropped(file);
 
-/** Control that adds files; `changed` is called after a file was added, `inColumns` opens a log in step 2. */
-export function fileAdder(changed, inColumns) {
+/** Control that adds files; `changed` is called after a file was added, `inColumns` opens a log in step 2, `inFigure` a figure. */
+export function fileAdder(changed, inColumns, inFigure) {
   const place = make("div", { className: "adding", ariaLive: "polite" }), list = make("div", { className: "folder" });
   const chooser = make("input", { type: "file", className: "unseen", id: "compare-chooser", tabIndex: -1, ariaLabel: "File to compare", onchange: () => { if (chooser.files[0]) send(chooser.files[0]); } });
   const folder = make("details", { ontoggle: () => { if (folder.open) showFolder(list, null, add); } }, make("summary", {}, "Files in the opened folders"), list);
@@ -25,7 +25,7 @@ export function fileAdder(changed, inColumns) {
   async function add({ source, name, options = {} }) {
     place.replaceChildren(make("p", { className: "none" }, "Reading ", bdi(name), "…"));
     try {
-      const done = await addFile({ source, name, options }, (question, opened) => ask(question, opened, { source, name, options }));
+      const done = await addFile({ source, name, options }, inFigure, (question, opened) => ask(question, opened, { source, name, options }));
       if (!done) return;
       folder.open = false;
       place.replaceChildren();
@@ -48,14 +48,18 @@ export function fileAdder(changed, inColumns) {
   }
 
   return [make("h2", {}, "Add a file"),
-    make("p", { className: "about" }, "A log (it is analysed), a result, a store, a noise model or a datasheet."),
+    make("p", { className: "about" }, "A log (it is analysed), a result, a store, a noise model, a datasheet, or the figure of one, whose curve is clicked."),
     make("p", { className: "row" }, button("Choose a file…", () => chooser.click(), { id: "add-file" }), chooser, make("span", { className: "about" }, "or drop it anywhere on this page")), place, folder];
 }
 
-/** Add the content of a file to the comparison. Returns whether it was added; `ask` is called with a question about a log. */
-async function addFile({ source, name, options }, ask) {
+/** Add the content of a file to the comparison. Returns whether it was added; `inFigure` opens a figure, `ask` is called with a question about a log. */
+async function addFile({ source, name, options }, inFigure, ask) {
   const content = await open(source, options);
-  if (content.kind === "session") return addFile({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options }, ask);
+  if (content.kind === "session") return addFile({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options }, inFigure, ask);
+  if (content.kind === "figure") {
+    inFigure({ source, name });
+    return false;
+  }
   if (content.kind === "result") rememberResult(content.result, await fetchResult(content.result), { source, name });
   else if (content.kind === "store") addStore(source, name, content);
   else if (content.kind === "model") await addSpecification(source);

@@ -9,8 +9,8 @@ import { fileAdder } from "./compare_open.js";
 import { showNumbers } from "./compare_tables.js";
 import { datasheetPicker, storePicker } from "./compare_sources.js";
 
-/** Show the step; `command` shows the equivalent commands, `inColumns` opens a log in step 2. */
-export function showCompare(view, { command, inColumns }) {
+/** Show the step; `command` shows the equivalent commands, `inColumns` opens a log in step 2, `inFigure` a figure. */
+export function showCompare(view, { command, inColumns, inFigure }) {
   drop(view);
   const legend = make("fieldset", { className: "legend" }), charts = make("div", { className: "charts" });
   const places = { difference: make("div"), coefficients: make("div"), repeatability: make("div") };
@@ -21,12 +21,12 @@ export function showCompare(view, { command, inColumns }) {
     else drawComparison(charts);
     return showNumbers(places, command);
   };
-  const removed = (each) => { remove(each); showCompare(view, { command, inColumns }); view.querySelector(".legend input, #add-file")?.focus(); };
+  const removed = (each) => { remove(each); showCompare(view, { command, inColumns, inFigure }); view.querySelector(".legend input, #add-file")?.focus(); };
   const changed = () => { fillLegend(legend, draw, removed); return draw(); };
   const adder = make("section", { className: "adder" });
   const opened = () => {
     stores.replaceChildren(...storePicker(changed));
-    adder.replaceChildren(...fileAdder(opened, inColumns), datasheetPicker(changed));
+    adder.replaceChildren(...fileAdder(opened, inColumns, inFigure), datasheetPicker(changed));
     return changed();
   };
   view.replaceChildren(

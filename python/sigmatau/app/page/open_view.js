@@ -4,7 +4,7 @@ import { make } from "./page.js";
 import { files, upload } from "./api.js";
 import { announce, bdi, button, errorBox, size } from "./dom.js";
 
-const KINDS = { folder: "Folder", log: "Log", result: "Result", store: "Store of results", model: "Noise model", datasheet: "Datasheet", session: "Saved session" };
+const KINDS = { folder: "Folder", log: "Log", result: "Result", store: "Store of results", model: "Noise model", datasheet: "Datasheet", session: "Saved session", figure: "Figure" };
 
 let dropped = () => {};
 
@@ -15,6 +15,7 @@ export function showOpen(view, about, opened) {
   const zone = make("div", { className: "drop" },
     make("p", { className: "lead" }, "Drop a log here"),
     make("p", { className: "about" }, "A record of a sensor at rest: CSV and other tables, ROS bags, MCAP, flight logs, NumPy, MATLAB, HDF5, Parquet and more."),
+    make("p", { className: "about" }, "Or the figure of a datasheet, whose curve you click: PNG, JPEG, WebP, GIF, SVG, PDF."),
     make("p", {}, button("Choose a file…", () => chooser.click(), { className: "primary" }), chooser),
     make("p", { className: "about" }, "The file is copied to a temporary folder on this computer, and deleted when sigmatau ends. Nothing leaves the computer."),
     status);

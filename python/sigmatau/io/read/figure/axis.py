@@ -46,6 +46,10 @@ class Axis:
         value = self.offset + self.slope * (coordinate - self.center)
         return np.power(10.0, value) if self.is_log else value
 
+    def place(self, value: Floats) -> Floats:
+        """The coordinates of values."""
+        return self.center + ((np.log10(value) if self.is_log else value) - self.offset) / self.slope
+
     def sensitivity(self, coordinate: Floats) -> Floats:
         """Derivative of the logarithm of the value with respect to the coordinate."""
         return np.full(len(coordinate), LN10 * self.slope) if self.is_log else self.slope / self.read(coordinate)

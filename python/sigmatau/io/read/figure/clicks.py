@@ -22,7 +22,10 @@ _LISTED = 12  # largest number of columns in a message
 
 
 def read(path: Path, columns: Mapping[str, str] | None) -> dict[str, Floats]:
-    """The points of each curve by the name of its channel, empty if none is stated: arrays of shape (n, 2) in order of x."""
+    """The points of each curve by the name of its channel, empty if none is stated: arrays of shape (n, 2) in order of x.
+
+    In a table of several curves the cell of a curve may be empty.
+    """
     with opened(path, ReadOptions()) as (_, tables):
         if len(tables) != 1:
             raise DataError(f"has {len(tables)} tables. Write the points as two columns of one, x and y")
@@ -47,16 +50,20 @@ def read(path: Path, columns: Mapping[str, str] | None) -> dict[str, Floats]:
         curves = {}
         for key, y in values.items():
             points = np.stack([x, y], axis=1)
-            wrong = ~np.isfinite(points).all(axis=1)
+            is_empty = np.isnan(y) if len(names) > 2 else np.zeros(len(y), dtype=np.bool_)
+            is_empty &= np.isfinite(x)
+            wrong = ~np.isfinite(points).all(axis=1) & ~is_empty
             if wrong.any():
                 raise DataError(
                     "the point is not two numbers. Remove this row", place=table.where(int(np.flatnonzero(wrong)[0]))
                 )
-            points = points[np.argsort(x, kind="stable")]
+            points = points[~is_empty]
+            points = points[np.argsort(points[:, 0], kind="stable")]
             repeated = np.flatnonzero(np.diff(points[:, 0]) == 0)
             if len(repeated):
                 raise DataError(f"has two points at x = {points[repeated[0], 0]:g}. Remove all but one")
             if len(points) < MIN_POINTS:
-                raise DataError(f"has {len(points)} points. Click {MIN_POINTS} or more along the curve")
+                curve = f" of {key}" if len(values) > 1 else ""
+                raise DataError(f"has {len(points)} points{curve}. Click {MIN_POINTS} or more along the curve")
             curves["" if key == "y" else key] = points
     return curves

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import math
 from collections.abc import Iterator
@@ -30,7 +31,16 @@ _UPRIGHT = 0.02  # largest angle of a text [rad]
 
 def read(data: bytes, page: int | None) -> FigurePage:
     """The drawing of a page, numbered from 1."""
-    import pypdfium2  # in the call, because it is an extra
+    from pypdfium2 import raw  # in the call, because it is an extra
+
+    with opened_page(data, page) as content:
+        return _Page(content, raw).drawing()
+
+
+@contextlib.contextmanager
+def opened_page(data: bytes, page: int | None) -> Iterator[Any]:
+    """The page of PDFium, numbered from 1; None stands for the only one."""
+    import pypdfium2
     from pypdfium2 import raw
 
     try:
@@ -52,7 +62,7 @@ def read(data: bytes, page: int | None) -> FigurePage:
             content = document[(page or 1) - 1]
         except pypdfium2.PdfiumError:
             raise DataError(f"page {page or 1} is damaged. Download or export the file again") from None
-        return _Page(content, raw).drawing()
+        yield content
     finally:
         document.close()
 

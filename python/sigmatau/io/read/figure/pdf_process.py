@@ -1,10 +1,11 @@
-"""Read a PDF file in a process of its own, with limits of time and memory.
+"""Read or render a page of a PDF file in a process of its own, with limits of time and memory.
 
 PDFium is a library in C++, in which a crash or an endless reading of a malicious file cannot be caught.
 """
 
 from __future__ import annotations
 
+import base64
 import json
 import subprocess
 import sys
@@ -25,19 +26,7 @@ _MODULE = "sigmatau.io.read.figure.pdf_process"
 
 def read(path: File, page: int | None) -> FigurePage:
     """The drawing of a page, numbered from 1. Raises `DataError`, `OptionError` and ImportError as `pdf.read`."""
-    if find_spec("pypdfium2") is None:
-        raise ImportError("a figure of a PDF file needs pypdfium2: pip install 'sigmatau[figure]'")
-    command = [sys.executable, "-m", _MODULE, str(path), str(page or "")]
-    try:
-        done = subprocess.run(command, capture_output=True, timeout=_WAIT, check=False)
-        answer = json.loads(done.stdout)
-    except (subprocess.TimeoutExpired, ValueError):
-        raise DataError("needs too much time or memory, or is damaged. Save the page or the figure alone") from None
-    if "error" in answer:
-        kind, message, option = answer["error"]
-        if kind == "OptionError":
-            raise OptionError(message, option=option)
-        raise DataError(message)
+    answer = _ask("read", path, page)
     return FigurePage(
         width=answer["width"],
         height=answer["height"],
@@ -46,6 +35,29 @@ def read(path: File, page: int | None) -> FigurePage:
         titles=tuple(answer["titles"]),
         has_image=answer["has_image"],
     )
+
+
+def render(path: File, page: int | None) -> bytes:
+    """The picture of a page as PNG; errors as of `read`."""
+    return base64.b64decode(_ask("render", path, page)["png"])
+
+
+def _ask(task: str, path: File, page: int | None) -> dict[str, Any]:
+    """The answer of the process."""
+    if find_spec("pypdfium2") is None:
+        raise ImportError("a figure of a PDF file needs pypdfium2: pip install 'sigmatau[figure]'")
+    command = [sys.executable, "-m", _MODULE, task, str(path), str(page or "")]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=_WAIT, check=False)
+        answer: dict[str, Any] = json.loads(done.stdout)
+    except (subprocess.TimeoutExpired, ValueError):
+        raise DataError("needs too much time or memory, or is damaged. Save the page or the figure alone") from None
+    if "error" in answer:
+        kind, message, option = answer["error"]
+        if kind == "OptionError":
+            raise OptionError(message, option=option)
+        raise DataError(message)
+    return answer
 
 
 def _path(fields: dict[str, Any]) -> Path:
@@ -64,27 +76,37 @@ def _limit() -> None:
         resource.setrlimit(limit, (value, value))
 
 
-def _main(path: str, page: str) -> None:
-    """Write the drawing or the error of a file to standard output."""
+def _read(data: bytes, page: int | None) -> dict[str, Any]:
     from dataclasses import asdict
 
     from sigmatau.io.read.figure import pdf
 
+    drawing = pdf.read(data, page)
+    return {
+        "width": drawing.width,
+        "height": drawing.height,
+        "paths": [
+            {**asdict(each), "points": each.points.tolist(), "is_end": each.is_end.tolist()} for each in drawing.paths
+        ],
+        "texts": [asdict(each) for each in drawing.texts],
+        "titles": drawing.titles,
+        "has_image": drawing.has_image,
+    }
+
+
+def _render(data: bytes, page: int | None) -> dict[str, Any]:
+    from sigmatau.io.read.figure.pdf_picture import render as rendered
+
+    return {"png": base64.b64encode(rendered(data, page)).decode()}
+
+
+def _main(task: str, path: str, page: str) -> None:
+    """Write the drawing, the picture or the error of a file to standard output."""
     _limit()
     answer: dict[str, Any]
     try:
-        drawing = pdf.read(File(path).read_bytes(), int(page) if page else None)
-        answer = {
-            "width": drawing.width,
-            "height": drawing.height,
-            "paths": [
-                {**asdict(each), "points": each.points.tolist(), "is_end": each.is_end.tolist()}
-                for each in drawing.paths
-            ],
-            "texts": [asdict(each) for each in drawing.texts],
-            "titles": drawing.titles,
-            "has_image": drawing.has_image,
-        }
+        data, number = File(path).read_bytes(), int(page) if page else None
+        answer = _render(data, number) if task == "render" else _read(data, number)
     except (DataError, OptionError) as error:
         answer = {"error": [type(error).__name__, error.message, getattr(error, "option", "")]}
     sys.stdout.write(json.dumps(answer))

@@ -67,7 +67,7 @@ def open_figure(path: Path, page: int | None) -> Figure:
     kind = file_kind(path)
     if kind == "picture":
         raise DataError(
-            f"is a picture of pixels. Click points along the curve, and give them as CSV with {Hint('x_axis')}"
+            f"is a picture of pixels. Click its curve in sigmatau app, or give points as CSV with {Hint('x_axis')}"
         )
     if kind == "table":
         raise DataError("is neither SVG nor PDF. Give a vector figure, or a table of points")
@@ -79,10 +79,10 @@ def open_figure(path: Path, page: int | None) -> Figure:
     candidates = find_candidates(drawing)
     if not candidates:
         if drawing.has_image:
-            raise DataError(
-                "has a picture of pixels, and no line that can be a curve. Click points, and give them as CSV"
-            )
-        raise DataError("has no line that can be a curve: 8 or more points that advance along x. Click points instead")
+            raise DataError("has a picture of pixels, and no line that can be a curve. Click points in sigmatau app")
+        raise DataError(
+            "has no line that can be a curve: 8 or more points that advance along x. Click points in sigmatau app"
+        )
     return Figure(drawing=drawing, candidates=tuple(candidates), rows=calibrate_rows(drawing))
 
 
@@ -122,7 +122,7 @@ def read_lines(
         sd = standard_error(candidate) if point_error is None else point_error
         stated = {"x": _axis(x_axis, "x", linear, sd), "y": _axis(y_axis, "y", linear, sd)}
         axes = _axes(figure, candidate, stated)
-        _check_directions(axes)
+        check_directions(axes)
         lines.append(
             FigureLine(
                 name=name,
@@ -170,7 +170,8 @@ def _numbers(figure: Figure) -> str:
     return f", numbers in it: {', '.join(numbers[:_NUMBERS])}{ending}" if numbers else ", letters may be outlines"
 
 
-def _check_directions(axes: dict[str, Axis]) -> None:
+def check_directions(axes: Mapping[str, Axis]) -> None:
+    """Raise `OptionError` unless the values of both axes rise to the right and upwards, with y downwards."""
     for way, axis, is_wrong in (("x", axes["x"], axes["x"].slope < 0), ("y", axes["y"], axes["y"].slope > 0)):
         if is_wrong:
             values = ", ".join(f"{value:g}" for value in axis.values[:2])

@@ -10,7 +10,7 @@ from sigmatau.cli.options import say
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.estimators.figure import read_figure
-from sigmatau.io.read.figure.labels import find_labels
+from sigmatau.io.read.figure.labels import labels_among
 from sigmatau.io.read.figure.lines import standard_error
 from sigmatau.io.read.figure.select import Figure, Linear, describe, file_kind, open_figure
 from sigmatau.io.read.figure.ticks import AxisError, path_axes
@@ -117,7 +117,7 @@ def listed_lines(path: Path, page: int | None) -> str:
         rows.append((str(k), color, count.strip("()"), f"{candidate.width:.3g}", *_ranges(figure, k - 1)))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    labels = find_labels(figure.drawing.texts)[:_LABELS]
+    labels = labels_among(figure.words)[:_LABELS]
     if labels and any(row[-1].startswith(_WITHOUT) for row in rows):
         places = (f"{label.text} ({label.x:.4g}, {label.y:.4g})" for label in labels)
         lines.append("numbers and their coordinates: " + ", ".join(places))

@@ -66,11 +66,6 @@ class TickLabel:
         return self.baseline - 0.36 * self.size
 
 
-def find_labels(texts: Sequence[TextPiece]) -> list[TickLabel]:
-    """All numbers among the texts of a drawing."""
-    return labels_among(joined_words(texts))
-
-
 def labels_among(words: Sequence[Word]) -> list[TickLabel]:
     """All numbers among words. A comma is a decimal one everywhere if no other reading explains one of them."""
     labels = []

@@ -17,7 +17,7 @@ from sigmatau.io.read.figure import clicks, pdf_process, svg
 from sigmatau.io.read.figure.axis import Axis, stated_axis
 from sigmatau.io.read.figure.candidates import Candidate, find_candidates
 from sigmatau.io.read.figure.drawing import MAX_BYTES, FigurePage
-from sigmatau.io.read.figure.labels import find_labels, joined_words
+from sigmatau.io.read.figure.labels import Word, joined_words, labels_among
 from sigmatau.io.read.figure.lines import FigureLine, line_of_values, standard_error
 from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, calibrate_rows, path_axes
 from sigmatau.io.read.figure.titles import check_unit, has_logarithm, has_unit, other_unit, titles_above
@@ -45,10 +45,11 @@ def file_kind(path: Path) -> Literal["svg", "pdf", "picture", "table"]:
 
 @frozen(eq=False)
 class Figure:
-    """The lines of a vector figure that can be curves, and the rows of labels that calibrate axes."""
+    """The lines of a vector figure that can be curves, its words, and the rows of labels that calibrate axes."""
 
     drawing: FigurePage
     candidates: tuple[Candidate, ...]
+    words: tuple[Word, ...]
     rows: dict[str, list[Row]]
 
     @property
@@ -57,8 +58,7 @@ class Figure:
         along = self.drawing.titles
         if has_unit(along):
             return along
-        words = joined_words(self.drawing.texts)
-        above = (text for row in self.rows["y"] for text in titles_above(words, row.first, row.across))
+        above = (text for row in self.rows["y"] for text in titles_above(self.words, row.first, row.across))
         return (*along, *(text for text in dict.fromkeys(above) if has_unit([text])))
 
 
@@ -83,7 +83,8 @@ def open_figure(path: Path, page: int | None) -> Figure:
         raise DataError(
             "has no line that can be a curve: 8 or more points that advance along x. Click points in sigmatau app"
         )
-    return Figure(drawing=drawing, candidates=tuple(candidates), rows=calibrate_rows(drawing))
+    words = tuple(joined_words(drawing.texts))
+    return Figure(drawing=drawing, candidates=tuple(candidates), words=words, rows=calibrate_rows(drawing, words))
 
 
 def read_lines(
@@ -145,14 +146,14 @@ def _axis(points: Mapping[float, float] | None, way: str, linear: Linear | None,
 
 
 def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) -> dict[str, Axis]:
-    unit = other_unit(figure.drawing.texts, candidate.box) if stated["x"] is None else ""
+    unit = other_unit(figure.words, candidate.box) if stated["x"] is None else ""
     if unit:
         hint = Hint("x_axis", value={"COORDINATE": "SECONDS"})
         raise OptionError(f"has an x axis in {unit}. State two points of the x axis in s, {hint}", option="x_axis")
     try:
         axes = path_axes(candidate.box, figure.rows, stated)
         for way, axis in axes.items():
-            if stated[way] is None and not axis.is_log and has_logarithm(figure.drawing):
+            if stated[way] is None and not axis.is_log and has_logarithm(figure.words, figure.drawing.titles):
                 raise AxisError(way, f"its {way} axis is linear, and a title has a logarithm")
         return axes
     except AxisError as question:
@@ -165,7 +166,7 @@ def _axes(figure: Figure, candidate: Candidate, stated: dict[str, Axis | None]) 
 
 def _numbers(figure: Figure) -> str:
     """The numbers among the texts of the drawing, for a message."""
-    numbers = [label.text for label in find_labels(figure.drawing.texts)]
+    numbers = [label.text for label in labels_among(figure.words)]
     ending = ", …" if len(numbers) > _NUMBERS else ""
     return f", numbers in it: {', '.join(numbers[:_NUMBERS])}{ending}" if numbers else ", letters may be outlines"
 

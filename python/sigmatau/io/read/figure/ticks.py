@@ -13,7 +13,7 @@ from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.io.read.figure.axis import Axis, calibrated
 from sigmatau.io.read.figure.drawing import Box, FigurePage
-from sigmatau.io.read.figure.labels import MILLI, TIME, TickLabel, Word, joined_words, labels_among
+from sigmatau.io.read.figure.labels import MILLI, TIME, TickLabel, Word, labels_among
 from sigmatau.io.read.figure.titles import factor_text
 
 _REACH = 3.0  # largest distance of a label from its tick over the size of its font
@@ -86,9 +86,8 @@ class AxisError(Exception):
         self.why: str = why
 
 
-def calibrate_rows(drawing: FigurePage) -> dict[str, list[Row]]:
-    """All rows and columns of labels that calibrate an axis, by ``"x"`` and ``"y"``."""
-    words = joined_words(drawing.texts)
+def calibrate_rows(drawing: FigurePage, words: Sequence[Word]) -> dict[str, list[Row]]:
+    """All rows and columns of labels that calibrate an axis, by ``"x"`` and ``"y"``; `words`: the texts of the drawing."""
     labels = labels_among(words)
     result: dict[str, list[Row]] = {}
     for way, k in _WAYS.items():

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from sigmatau.errors import OptionError
 from sigmatau.hints import Hint
 from sigmatau.io.read.curve_table import rate_unit
-from sigmatau.io.read.figure.drawing import Box, FigurePage, TextPiece
-from sigmatau.io.read.figure.labels import Word, joined_words
+from sigmatau.io.read.figure.drawing import Box
+from sigmatau.io.read.figure.labels import Word
 
 _TITLE = 6.0  # largest distance of the title of the x axis from the axis over the size of the font
 _TIMES = r"(h|hrs?|hours?|min|minutes?|d|days?|ms|ks|[µμ]s|samples?|k?Hz)"
@@ -45,10 +45,10 @@ def has_unit(titles: Iterable[str]) -> bool:
     return any(True for text in titles if len(text) <= _MAX_TITLE for _ in _units(_plain(text)))
 
 
-def other_unit(texts: Sequence[TextPiece], box: Box) -> str:
+def other_unit(words: Sequence[Word], box: Box) -> str:
     """The unit of a title such as ``τ [h]`` below a line, other than seconds; empty if there is none."""
     reach = box.y_max - box.y_min
-    for word in joined_words(texts):
+    for word in words:
         if len(word.text) > _MAX_TITLE:
             continue
         is_below = 0 < word.first.baseline - box.y_max < reach + _TITLE * word.first.size
@@ -60,10 +60,10 @@ def other_unit(texts: Sequence[TextPiece], box: Box) -> str:
     return ""
 
 
-def has_logarithm(drawing: FigurePage) -> bool:
+def has_logarithm(words: Sequence[Word], titles: Iterable[str]) -> bool:
     """Whether a title is that of a logarithm, such as ``log10(τ)``."""
-    texts = [word.text for word in joined_words(drawing.texts)]
-    return any(_LOGARITHM.search(text) for text in [*texts, *drawing.titles] if len(text) <= _MAX_TITLE)
+    texts = [word.text for word in words]
+    return any(_LOGARITHM.search(text) for text in [*texts, *titles] if len(text) <= _MAX_TITLE)
 
 
 def check_unit(titles: Iterable[str], unit: str, *, is_variance: bool) -> None:

@@ -252,7 +252,16 @@ def test_a_turned_photo_is_levelled(opened, figures):
     assert float(tab.get_by_label("Turn of the picture").input_value()) == pytest.approx(-2.3, abs=0.4)
     tab.locator("#command", has_text="sigmatau curve").wait_for()
     assert covered(table(tab)) == dict.fromkeys(truths(), True)
-    # The model lies on the turned curve: the marks are in the middle of the line.
+    # A click on the turned picture sets the place below it, which is on the curve.
+    turn = np.radians(float(tab.get_by_label("Turn of the picture").input_value()))
+    c, s = np.cos(turn), np.sin(turn)
+    dx, dy = np.mean(picture.points(20)[1:3], axis=0) - np.array(picture.size) / 2
+    box = settled(tab)
+    zoom = box["width"] / (picture.size[0] * abs(c) + picture.size[1] * abs(s))
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    tab.mouse.click(middle[0] + zoom * (c * dx - s * dy), middle[1] + zoom * (s * dx + c * dy))
+    assert len(marks(tab)) == 21
+    assert covered(table(tab)) == dict.fromkeys(truths(), True)
     assert tab.locator(".mark.off").count() == 0
 
 

@@ -237,6 +237,31 @@ def test_errors_and_lengths_are_those_of_the_package(opened):
 
 
 @needs_page
+@pytest.mark.parametrize("order", [1, 2])
+def test_errors_and_lengths_include_the_filter(opened, order):
+    """The scatter of simulated records is the exact error, within three standard errors."""
+    tab = opened()
+    n, rate, sizes, records = 3000, 20, [1, 2, 5, 20, 100, 1000], 600
+    values = [0, 1e-4, 0, 1e-5, 0, 0, 60, order, 1.0, 1 / rate]
+    edf = np.array(tab.evaluate("([m, n, s]) => [...alive.call('freedom', m, n, s)]", [values, n, sizes]))[::3]
+    model = st.NoiseModel(channels={"gyro_x": channel_model(values)})
+    rng = np.random.default_rng(seed_of("errors behind a filter"))
+    avar = []
+    for _ in range(records):
+        log = st.simulate(model, duration=n / rate, rate=rate, rng=rng)
+        avar.append(st.allan(log, taus=np.array(sizes) / rate)["gyro_x"].avar)
+    squares = (np.array(avar) / model.channels["gyro_x"].avar(m=sizes, tau0=1 / rate) - 1) ** 2
+    error = squares.std(axis=0) / math.sqrt(records)
+    assert (np.abs(squares.mean(axis=0) - 2 / edf) < 3 * error).all()
+    # Without the filter, an error would differ by 15 % or more.
+    unfiltered = degrees_of_freedom(channel_model(values).terms, n=n, m=sizes, tau0=1 / rate)
+    assert np.abs(np.sqrt(edf / unfiltered) - 1).max() > 0.15
+    needed = int(tab.evaluate("m => alive.call('needed', m, 5, 0.05)[0]", values))
+    (at_length,) = tab.evaluate("([m, n]) => [alive.call('freedom', m, n, [5])[0]]", [values, needed])
+    assert 1 / math.sqrt(2 * at_length) == pytest.approx(0.05, rel=0.02)
+
+
+@needs_page
 def test_line_by_hand_reads_the_coefficient(opened):
     tab = opened()
     tab.get_by_role("button", name="Only N", exact=True).click()

@@ -16,6 +16,7 @@
 //! Σ θ(p) θ(q) Γ(p, q) + R² Σ θ(p) P(p), with tensors that depend only on the length of the record and the
 //! cluster sizes: [`Gamma`].
 
+mod exponentials;
 mod flicker;
 pub(crate) mod lags;
 mod terms;

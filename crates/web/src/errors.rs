@@ -22,11 +22,11 @@ const LEVEL: f64 = 0.95;
 /// The tensors of a grid of cluster sizes, which do not depend on the coefficients.
 #[derive(Default)]
 pub struct Tensors {
-    key: Option<(usize, Vec<usize>, u64)>,
+    key: Option<(usize, Vec<usize>, [Component; PARTS - 1])>,
     gammas: Vec<Gamma>,
 }
 
-/// Squares of the coefficients of the noise, the last of the process; the ramp is separate. The filter is not included.
+/// Squares of the coefficients of the noise, the last of the process; the ramp is separate.
 fn squares(model: &Model) -> [f64; PARTS - 1] {
     let mut theta = [0.0; PARTS - 1];
     for term in Term::NOISE {
@@ -36,9 +36,16 @@ fn squares(model: &Model) -> [f64; PARTS - 1] {
     theta
 }
 
-fn components(model: &Model) -> Vec<Component> {
-    let process = Component::GaussMarkov { tc: model.time / model.tau0 };
-    Term::NOISE.into_iter().map(Component::Term).chain([process]).collect()
+fn components(model: &Model) -> [Component; PARTS - 1] {
+    let mut parts = [Component::GaussMarkov { tc: model.time / model.tau0 }; PARTS - 1];
+    for term in Term::NOISE {
+        parts[term.index()] = Component::Term(term);
+    }
+    if model.order > 0 {
+        let corner = model.corner * model.tau0;
+        parts[Term::RandomWalk.index()] = Component::LowPassed { order: model.order, corner };
+    }
+    parts
 }
 
 impl Tensors {
@@ -49,9 +56,9 @@ impl Tensors {
     ///
     /// [`Error`] for a size that leaves no pair.
     pub fn freedom(&mut self, model: &Model, n: usize, sizes: &[usize]) -> Result<Vec<f64>, Error> {
-        let key = (n, sizes.to_vec(), (model.time / model.tau0).to_bits());
+        let terms = components(model);
+        let key = (n, sizes.to_vec(), terms);
         if self.key.as_ref() != Some(&key) {
-            let terms = components(model);
             self.gammas =
                 sizes.iter().map(|&m| Gamma::new(n, &[m], &terms)).collect::<Result<Vec<_>, _>>()?;
             self.key = Some(key);
@@ -82,7 +89,7 @@ fn in_samples(model: &Model) -> [f64; PARTS - 1] {
 pub fn samples_for_error(model: &Model, m: usize, error: f64) -> Option<usize> {
     let (terms, theta) = (components(model), in_samples(model));
     let ramp = model.coefficient(Term::RateRamp) * model.tau0;
-    let avar = crate::model::total(&model.avar_without_filter(&[m]), 1)[0];
+    let avar = crate::model::total(&model.avar(&[m]), 1)[0];
     let exact = |n: usize| {
         let variance = variances(n, &[m], &terms, &theta, ramp).map_or(f64::INFINITY, |all| all[0]);
         0.5 * variance.sqrt() / avar

@@ -69,12 +69,6 @@ impl Model {
         Term::ALL.into_iter().flat_map(of_term).chain(sizes.iter().map(process)).collect()
     }
 
-    /// [`Model::avar`] with white noise that is not filtered.
-    #[must_use]
-    pub fn avar_without_filter(&self, sizes: &[usize]) -> Vec<f64> {
-        Self { order: 0, ..*self }.avar(sizes)
-    }
-
     /// Two-sided densities of each part of the samples at the frequencies, one part after the other. That of the ramp is
     /// conventional.
     #[must_use]

@@ -1,8 +1,12 @@
 //! Contribution of a noise term to the covariance of two second differences of the phase.
 
+use super::exponentials::exponentials;
 use super::flicker::flicker;
+use crate::bandlimited::poles;
 use crate::error::Error;
 use crate::terms::Term;
+use sigmatau_fft::Complex64;
+use std::f64::consts::PI;
 
 /// The autocovariance of a noise in the form that the covariance of Allan variances needs.
 ///
@@ -85,6 +89,13 @@ pub enum Component {
         /// Correlation time in samples.
         tc: f64,
     },
+    /// White noise after a Butterworth filter, sampled, with aliasing; the coefficient is N² of the noise before the filter.
+    LowPassed {
+        /// Number of poles.
+        order: u8,
+        /// Corner in cycles per sample.
+        corner: f64,
+    },
 }
 
 impl PhaseCovariance for Component {
@@ -92,6 +103,7 @@ impl PhaseCovariance for Component {
         match self {
             Self::Term(term) => term.interval_power(),
             Self::GaussMarkov { .. } => 2,
+            Self::LowPassed { .. } => Term::RandomWalk.interval_power(),
         }
     }
 
@@ -99,6 +111,12 @@ impl PhaseCovariance for Component {
         match *self {
             Self::Term(term) => term.covariance(n, m, u),
             Self::GaussMarkov { tc } => exponentials(n, m, u, 1.0 / tc),
+            Self::LowPassed { order, corner } => {
+                let of_pole = |(pole, times): (Complex64, f64)| {
+                    times * (-pole * exponentials(n, m, u, -pole * (2.0 * PI * corner))).re
+                };
+                PI * corner / f64::from(order) * poles(order).map(of_pole).sum::<f64>()
+            }
         }
     }
 
@@ -107,6 +125,10 @@ impl PhaseCovariance for Component {
             // Its square and that of its reciprocal must be finite.
             Self::GaussMarkov { tc } if !(1e-100..=1e100).contains(&tc) => {
                 Err(Error::Parameter { name: "tc", value: tc })
+            }
+            Self::LowPassed { order: 0, .. } => Err(Error::Parameter { name: "order", value: 0.0 }),
+            Self::LowPassed { corner, .. } if !(1e-100..=1e100).contains(&corner) => {
+                Err(Error::Parameter { name: "corner", value: corner })
             }
             _ => Ok(()),
         }
@@ -121,7 +143,7 @@ fn spikes(n: f64, m: f64, u: f64) -> f64 {
 }
 
 /// s(l) = −|l| / 2, whose second difference is a triangle of height n: −(n − |l|)₊.
-fn triangles(n: f64, m: f64, u: f64) -> f64 {
+pub(super) fn triangles(n: f64, m: f64, u: f64) -> f64 {
     2.0 * positive(n - u) - positive(n - (u - m).abs())
 }
 
@@ -131,47 +153,8 @@ fn cubics(n: f64, m: f64, u: f64) -> f64 {
     n * n * positive(m - u) - cube(positive(n - u)) / 3.0 + cube(positive(n - (u - m).abs())) / 6.0
 }
 
-fn positive(x: f64) -> f64 {
+pub(super) fn positive(x: f64) -> f64 {
     x.max(0.0)
-}
-
-/// s(l) = −½ |l| coth(a / 2) − e^(−a|l|) / (4 sinh²(a / 2)), of the autocovariance e^(−a|l|) of the samples.
-fn exponentials(n: f64, m: f64, u: f64, a: f64) -> f64 {
-    let loss = -(-a).exp_m1();
-    // 1 / (4 sinh²(a / 2)), coth(a / 2) and, for slow decay only, 4 sinh²(an / 2).
-    let scale = (-a).exp() / (loss * loss);
-    let coth = (2.0 - loss) / loss;
-    let squared = |n: f64| 4.0 * (0.5 * a * n).sinh().powi(2);
-    let decay = |x: f64| (-a * x).exp();
-    if a * n > 1.0 {
-        let second = |x: f64| decay(x + n) - 2.0 * decay(x) + decay((x - n).abs());
-        let difference = second(u + m) - 2.0 * second(u) + second((u - m).abs());
-        return coth * triangles(n, m, u) - scale * difference;
-    }
-    // The second difference of e^(−a|l|) is 4 sinh²(an / 2) e^(−a|l|) − 2 sinh(a (n − |l|)₊). The linear part
-    // of the hyperbolic sine cancels the triangles, and the remainder is of the order a³.
-    let bends = 2.0 * sine_excess(a, positive(n - (u - m).abs())) - 4.0 * sine_excess(a, positive(n - u));
-    // The second difference of e^(−a|l|) over m, negated.
-    let negated = if a * m > 1.0 {
-        2.0 * decay(u) - decay(u + m) - decay((u - m).abs())
-    } else {
-        2.0 * (a * positive(m - u)).sinh() - squared(m) * decay(u)
-    };
-    scale * (bends + squared(n) * negated)
-}
-
-/// sinh(ay) − y sinh a, for 0 ≤ ay ≤ 1 and a ≤ 1.
-fn sine_excess(a: f64, y: f64) -> f64 {
-    // Σ aʲ (yʲ − y) / j!, j = 3, 5 …
-    let (a_squared, ay_squared) = (a * a, (a * y) * (a * y));
-    let (mut linear, mut power, mut sum) = (a * y, a * y, 0.0);
-    for j in 1..=9 {
-        let next = f64::from(2 * j) * f64::from(2 * j + 1);
-        linear *= a_squared / next;
-        power *= ay_squared / next;
-        sum += power - linear;
-    }
-    sum
 }
 
 #[cfg(test)]

@@ -4,13 +4,14 @@
 use sigmatau_core::allan::{Counting, Overlap, allan_variance};
 use sigmatau_core::covariance::{Component, Gamma};
 use sigmatau_core::error::Error;
-use sigmatau_core::generate::simulate;
+use sigmatau_core::generate::{Component as Source, Generator, simulate};
 use sigmatau_core::phase::Phase;
 use sigmatau_core::terms::Term;
 use sigmatau_core::terms::{
     bias_instability_avar, gauss_markov_avar_sampled, quantization_avar, random_walk_avar, rate_ramp_avar,
     rate_random_walk_avar_sampled,
 };
+use std::f64::consts::PI;
 
 /// Sizes in half octaves up to N / `part`.
 fn half_octaves(n: usize, part: usize) -> Vec<usize> {
@@ -224,6 +225,52 @@ fn simulated_records_scatter_as_the_covariance_says() {
     }
 }
 
+/// White noise of density 1 after a filter of order 1, sampled.
+fn filtered_noise(corner: f64) -> Source {
+    let decay = (-2.0 * PI * corner).exp();
+    let sigma = (PI * corner).sqrt();
+    let noise = sigma * (1.0 - decay * decay).sqrt();
+    Source::Filtered { scale: 1.0, transition: vec![decay], noise: vec![noise], start: vec![sigma] }
+}
+
+#[test]
+fn filtered_records_scatter_as_the_covariance_says() {
+    const TRIALS: u64 = 4000;
+    let n_samples = 512;
+    let sizes = [1, 2, 5, 16, 50, 170, 256];
+    for corner in [0.02, 0.3] {
+        let components = [Component::LowPassed { order: 1, corner }, Component::Term(Term::RateRandomWalk)];
+        let walk = 0.02;
+        let gamma = Gamma::new(n_samples, &sizes, &components).unwrap();
+        let edf = gamma.edf(&[1.0, walk * walk], 0.0);
+        let mut samples: Vec<Vec<f64>> = vec![Vec::new(); sizes.len()];
+        for seed in 0..TRIALS {
+            let mut generator = Generator::new(n_samples, 1.0, seed).unwrap();
+            generator.add(&filtered_noise(corner), 0).unwrap();
+            generator.add(&Source::Term(Term::RateRandomWalk, walk), 0).unwrap();
+            let mut rate = vec![0.0; n_samples];
+            generator.fill(&mut rate).unwrap();
+            let phase = Phase::from_rate(&rate).unwrap();
+            let estimates = allan_variance(&phase, &sizes, Overlap::Full, Counting::Standard).unwrap();
+            samples.iter_mut().zip(estimates).for_each(|(samples, estimate)| samples.push(estimate.avar));
+        }
+        let trials = TRIALS as f64;
+        for ((samples, edf), size) in samples.into_iter().zip(edf).zip(sizes) {
+            let mean = samples.iter().sum::<f64>() / trials;
+            let moment =
+                |power: i32| samples.iter().map(|avar| (avar / mean - 1.0).powi(power)).sum::<f64>() / trials;
+            let spread = moment(2);
+            let error = ((moment(4) - spread * spread) / trials).sqrt();
+            let sigmas = (spread - 2.0 / edf) / error;
+            assert!(
+                sigmas.abs() < 3.0,
+                "corner {corner}, n {size}: {spread} instead of {}, {sigmas} σ",
+                2.0 / edf
+            );
+        }
+    }
+}
+
 #[test]
 fn threads_do_not_change_a_bit() {
     let sizes = half_octaves(30_000, 2);
@@ -250,6 +297,10 @@ fn wrong_arguments_are_refused() {
         assert_eq!(of(100, &[1], tc), Err(Error::Parameter { name: "tc", value: tc }));
     }
     assert!(of(100, &[1], f64::NAN).is_err());
+    for (order, corner, name) in [(0, 1.0, "order"), (2, 0.0, "corner"), (2, f64::INFINITY, "corner")] {
+        let refused = Gamma::new(100, &[1], &[Component::LowPassed { order, corner }]);
+        assert!(matches!(refused, Err(Error::Parameter { name: of, .. }) if of == name));
+    }
     let gamma = Gamma::new(100, &[1], &Term::NOISE).unwrap();
     assert_eq!(gamma.at_interval(0.0), Err(Error::Parameter { name: "tau0", value: 0.0 }));
 }

@@ -1,10 +1,11 @@
 //! The covariance of Allan variances against sums over every lag, by the definitions.
 #![allow(clippy::unwrap_used)] // Helpers of tests are tests to the reader, not to the lint.
 
+use sigmatau_core::bandlimited::{Filter, band_limited_avar};
 use sigmatau_core::compensated::two_sum;
 use sigmatau_core::covariance::{Component, Gamma, PhaseCovariance};
 use sigmatau_core::terms::Term;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use std::ops::{Add, Mul};
 
 /// The tolerance is relative, unless `expected` is 0.
@@ -94,7 +95,27 @@ fn autocovariance(component: Component, last: usize) -> Vec<Wide> {
             });
             times(sums.collect(), -0.5)
         }
+        Component::LowPassed { order, corner } => {
+            let (mut step, mut variance) = (Wide::of(low_passed(order, corner, 0.0)), Wide::default());
+            let sums = lags.map(|l| {
+                let now = variance;
+                variance = variance + step;
+                step = step + Wide::of(2.0 * low_passed(order, corner, l + 1.0));
+                now
+            });
+            times(sums.collect(), -0.5)
+        }
     }
+}
+
+/// Autocovariance at a lag of white noise of density 1 after a Butterworth filter of order 1 or 2.
+fn low_passed(order: u8, corner: f64, lag: f64) -> f64 {
+    let angle = 2.0 * PI * corner * lag;
+    if order == 1 {
+        return PI * corner * (-angle).exp();
+    }
+    let angle = angle * FRAC_1_SQRT_2;
+    PI * corner * FRAC_1_SQRT_2 * (-angle).exp() * (angle.cos() + angle.sin())
 }
 
 /// Sum of 2C² over all pairs of differences or, with a ramp of 1, of 4μμ′C, by the definitions.
@@ -156,6 +177,37 @@ fn every_entry_is_the_sum_over_all_lags() {
                         let expected = noise[p * components.len() + q];
                         assert_close(gamma.noise_part(p, q)[cell], expected, 1e-12, &format!("{what}, {q}"));
                     }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn filtered_noise_has_the_covariance_of_its_samples() {
+    let filters = [(1, 0.2), (1, 4.0), (1, 0.01), (2, 0.2), (2, 4.0), (2, 0.01)];
+    let mut components = filters.map(|(order, corner)| Component::LowPassed { order, corner }).to_vec();
+    components.push(Component::Term(Term::BiasInstability));
+    let (n_samples, sizes) = (700, [1, 2, 10, 33, 101, 200, 333, 350]);
+    let gamma = Gamma::new(n_samples, &sizes, &components).unwrap();
+    for (p, (order, corner)) in filters.into_iter().enumerate() {
+        let avar = band_limited_avar(1.0, Filter::Butterworth(order), corner, 1.0, &sizes);
+        let mut theta = vec![0.0; components.len()];
+        theta[p] = 1.0;
+        for (got, expected) in gamma.expectation(&theta, 0.0).into_iter().zip(avar) {
+            assert_close(got, expected, 1e-12, &format!("order {order}, corner {corner}: avar"));
+        }
+    }
+    for (i, &n) in sizes.iter().enumerate() {
+        for (j, &m) in sizes.iter().enumerate() {
+            let (noise, ramp) = brute_force(n_samples, n, m, &components);
+            let cell = i * sizes.len() + j;
+            for p in 0..components.len() {
+                let what = format!("n {n}, m {m}, {:?}", components[p]);
+                assert_close(gamma.ramp_part(p)[cell], ramp[p], 1e-10, &format!("{what} and ramp"));
+                for q in 0..components.len() {
+                    let expected = noise[p * components.len() + q];
+                    assert_close(gamma.noise_part(p, q)[cell], expected, 1e-10, &format!("{what}, {q}"));
                 }
             }
         }

@@ -6,19 +6,25 @@ import { linearTicks, logTicks, tickTexts } from "./numbers.js";
 const WIDE_MARGIN = 62, TITLE_WIDTH = 30; // left of the axis [px]
 const FONT = "12px system-ui, sans-serif";
 const charts = [];
-let palette = {};
+let palette = {}, palettes = 0;
 
 const NAMES = ["ink", "soft", "grid", "line", "raised", "guide", "link", "poor", "axis-0", "axis-1", "axis-2", "axis-3", "axis-4", "record", "process"];
 
 /** Read the colours of the style sheet again, and draw all charts. */
 export function recolourCharts() {
   palette = Object.fromEntries(NAMES.map((name) => [name, colour(name)]));
+  palettes++;
   for (const chart of charts) chart.draw();
 }
 
 export const paint = (name) => palette[name] ?? name;
 
-/** Whole decades around positive values, or a linear range with some room. */
+/** Set a text if it is another one: the layout of the page stays valid. */
+export function setText(element, words) {
+  if (element.textContent !== words) element.textContent = words;
+}
+
+/** Whole decades around positive values, or a linear range that ends at fifths of a power of ten: it seldom changes. */
 export function rangeAround(values, log, least = 1) {
   let low = Infinity, high = -Infinity;
   for (const value of values) {
@@ -28,8 +34,8 @@ export function rangeAround(values, log, least = 1) {
   }
   if (low > high) return log ? [0.1, 10] : [-1, 1];
   if (!log) {
-    const room = 0.06 * (high - low) || 1;
-    return [low - room, high + room];
+    const room = 0.02 * (high - low) || 1, step = 10 ** Math.floor(Math.log10(high - low + 2 * room)) / 5;
+    return [step * Math.floor((low - room) / step), step * Math.ceil((high + room) / step)];
   }
   const ends = [Math.floor(2 * Math.log10(low)) / 2, Math.ceil(2 * Math.log10(high)) / 2];
   while (ends[1] - ends[0] < least) ends[1] += 0.5;
@@ -44,10 +50,11 @@ export function rangeAround(values, log, least = 1) {
 export function chartIn(place, about) {
   const canvas = make("canvas", { tabIndex: 0, role: "img" });
   const readout = make("p", { className: "readout", ariaLive: "off" });
-  place.append(canvas, readout);
-  const context = canvas.getContext("2d");
+  const frame = make("canvas", { className: "frame", ariaHidden: "true" }); // axes, below; drawn when they change
+  place.append(frame, canvas, readout);
+  const onFrame = frame.getContext("2d"), context = canvas.getContext("2d");
   const MARGIN = { left: WIDE_MARGIN, right: 12, top: 10, bottom: 40 };
-  let content = { x: [0.1, 10], y: [0.1, 10] }, width = 0, height = 0, cursor = null, scale = 0;
+  let content = { x: [0.1, 10], y: [0.1, 10] }, width = 0, height = 0, cursor = null, scale = 0, framed = "";
 
   const to = (log) => (log ? Math.log : Number), back = (log) => (log ? Math.exp : Number);
   const along = (value, [low, high], log) => (to(log)(value) - to(log)(low)) / (to(log)(high) - to(log)(low));
@@ -58,30 +65,35 @@ export function chartIn(place, about) {
   const fromY = (y) => valueAt((height - MARGIN.bottom - y) / (height - MARGIN.top - MARGIN.bottom), content.y, about.y.log);
 
   function axes() {
-    context.font = FONT;
-    context.lineWidth = 1;
+    const key = [content.x, content.y, about.x.label(), about.y.label(), width, height, scale, palettes].join();
+    if (key === framed) return;
+    framed = key;
+    onFrame.setTransform(scale, 0, 0, scale, 0, 0);
+    onFrame.clearRect(0, 0, width, height);
+    onFrame.font = FONT;
+    onFrame.lineWidth = 1;
     const xs = about.x.log ? logTicks(...content.x) : linearTicks(...content.x, Math.max(3, Math.round(width / 110)));
     const ys = about.y.log ? logTicks(...content.y) : linearTicks(...content.y, Math.max(3, Math.round(height / 60)));
     const texts = tickTexts(ys, about.y.log);
-    MARGIN.left = Math.max(WIDE_MARGIN, TITLE_WIDTH + Math.max(...texts.map((words) => context.measureText(words).width)));
-    context.strokeStyle = paint("grid");
-    context.fillStyle = paint("soft");
-    context.beginPath();
-    for (const x of xs) { context.moveTo(toX(x), MARGIN.top); context.lineTo(toX(x), height - MARGIN.bottom); }
-    for (const y of ys) { context.moveTo(MARGIN.left, toY(y)); context.lineTo(width - MARGIN.right, toY(y)); }
-    context.stroke();
-    context.textAlign = "center";
+    MARGIN.left = Math.max(WIDE_MARGIN, TITLE_WIDTH + Math.max(...texts.map((words) => onFrame.measureText(words).width)));
+    onFrame.strokeStyle = paint("grid");
+    onFrame.fillStyle = paint("soft");
+    onFrame.beginPath();
+    for (const x of xs) { onFrame.moveTo(toX(x), MARGIN.top); onFrame.lineTo(toX(x), height - MARGIN.bottom); }
+    for (const y of ys) { onFrame.moveTo(MARGIN.left, toY(y)); onFrame.lineTo(width - MARGIN.right, toY(y)); }
+    onFrame.stroke();
+    onFrame.textAlign = "center";
     const every = Math.ceil((xs.length * 48) / (width - MARGIN.left));
-    tickTexts(xs, about.x.log).forEach((text, k) => { if (k % every === 0) context.fillText(text, toX(xs[k]), height - MARGIN.bottom + 16); });
-    context.textAlign = "right";
-    texts.forEach((text, k) => context.fillText(text, MARGIN.left - 6, toY(ys[k]) + 4));
-    context.textAlign = "center";
-    context.fillText(about.x.label(), (MARGIN.left + width - MARGIN.right) / 2, height - 6);
-    context.save();
-    context.translate(12, (MARGIN.top + height - MARGIN.bottom) / 2);
-    context.rotate(-Math.PI / 2);
-    context.fillText(about.y.label(), 0, 0);
-    context.restore();
+    tickTexts(xs, about.x.log).forEach((text, k) => { if (k % every === 0) onFrame.fillText(text, toX(xs[k]), height - MARGIN.bottom + 16); });
+    onFrame.textAlign = "right";
+    texts.forEach((text, k) => onFrame.fillText(text, MARGIN.left - 6, toY(ys[k]) + 4));
+    onFrame.textAlign = "center";
+    onFrame.fillText(about.x.label(), (MARGIN.left + width - MARGIN.right) / 2, height - 6);
+    onFrame.save();
+    onFrame.translate(12, (MARGIN.top + height - MARGIN.bottom) / 2);
+    onFrame.rotate(-Math.PI / 2);
+    onFrame.fillText(about.y.label(), 0, 0);
+    onFrame.restore();
   }
 
   function stroke({ x, y, colour: name, width: thick = 2, dash = [] }) {
@@ -123,9 +135,10 @@ export function chartIn(place, about) {
   }
 
   function marks() {
+    if (!content.marks?.length) return;
     context.font = `600 ${FONT}`;
     const boxes = []; // of the texts: left, right, base
-    for (const { text, colour: name, align = "left", below = false, ring = false, ...mark } of content.marks ?? []) {
+    for (const { text, colour: name, align = "left", below = false, ring = false, ...mark } of content.marks) {
       const span = context.measureText(text).width;
       const boxAt = ([x, y]) => { const start = toX(x) + (align === "left" ? 8 : -8 - span); return [start, start + span, toY(y) + (below ? 15 : -6)]; };
       const isFree = ([start, end, base]) => boxes.every(([a, b, c]) => end < a - 4 || start > b + 4 || Math.abs(base - c) > 15);
@@ -179,7 +192,7 @@ export function chartIn(place, about) {
       context.stroke();
     }
     context.restore();
-    readout.textContent = cursor === null ? about.hint : about.at(cursor);
+    setText(readout, cursor === null ? about.hint : about.at(cursor));
     onplaced();
   }
 
@@ -187,8 +200,10 @@ export function chartIn(place, about) {
     const ratio = devicePixelRatio || 1, { clientWidth, clientHeight } = canvas;
     if (clientWidth === width && clientHeight === height && scale === ratio) return;
     [width, height, scale] = [clientWidth, clientHeight, ratio];
-    canvas.width = Math.round(width * scale);
-    canvas.height = Math.round(height * scale);
+    for (const each of [frame, canvas]) {
+      each.width = Math.round(width * scale);
+      each.height = Math.round(height * scale);
+    }
     draw();
   }
 

@@ -49,19 +49,25 @@ export function frequenciesOf(samples, tau0, perDecade = 24) {
   return Array.from({ length: steps + 1 }, (_, k) => 10 ** (low + ((high - low) * k) / steps));
 }
 
+const LONGEST_REST = 250; // [ms]
+
 /**
- * A worker that answers one request after the other; of those that wait, only the newest of a kind is kept. An impatient one
- * gives up what it is at when it is asked again.
+ * A worker that answers one request after the other; of those that wait, only the newest of a kind is kept. `stop` ends what it is
+ * at. One that rests is idle as long as its last answer took, so that the page has a core.
  */
-export function workerOf(module, script, onanswer, { impatient = false } = {}) {
+export function workerOf(module, script, onanswer, { rests = false } = {}) {
   const address = URL.createObjectURL(new Blob([script], { type: "text/javascript" })), waiting = new Map();
-  let worker = null, busy = false;
+  let worker = null, busy = false, begun = 0;
   function start() {
     worker = new Worker(address);
     worker.postMessage({ module });
     worker.onmessage = ({ data }) => {
-      busy = false;
-      next();
+      const free = () => {
+        busy = false;
+        next();
+      };
+      if (rests) setTimeout(free, Math.min(LONGEST_REST, performance.now() - begun));
+      else free();
       onanswer(data);
     };
   }
@@ -70,18 +76,21 @@ export function workerOf(module, script, onanswer, { impatient = false } = {}) {
     const [kind, request] = waiting.entries().next().value;
     waiting.delete(kind);
     busy = true;
+    begun = performance.now();
     worker.postMessage({ kind, ...request });
   }
   start();
   return {
     ask(kind, request) {
-      if (busy && impatient) {
-        worker.terminate();
-        busy = false;
-        start();
-      }
       waiting.set(kind, request);
       next();
+    },
+    stop() {
+      waiting.clear();
+      if (!busy) return;
+      worker.terminate();
+      busy = false;
+      start();
     },
   };
 }

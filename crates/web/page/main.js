@@ -1,7 +1,7 @@
 // The page: sliders change the curves at once, the record in a worker, and the estimate a moment later in another.
 
 import { make } from "./page.js";
-import { recolourCharts } from "./chart.js";
+import { recolourCharts, setText } from "./chart.js";
 import { coreOf, denseSizes, frequenciesOf, moduleOf, workerOf } from "./core.js";
 import { byId, figures, legend, shown } from "./figures.js";
 import { lineByHand, readings } from "./read_off.js";
@@ -29,8 +29,8 @@ function themeButton() {
 function start(module) {
   const call = coreOf(module), script = byId("worker").textContent;
   const drawn = figures(call);
-  const recorder = workerOf(module, script, onanswer), estimator = workerOf(module, script, onanswer);
-  const planner = workerOf(module, script, onanswer, { impatient: true });
+  const recorder = workerOf(module, script, onanswer, { rests: true }), estimator = workerOf(module, script, onanswer);
+  const planner = workerOf(module, script, onanswer);
   let number = 0, timer = 0, moving = false, limits = null; // the last answer with the errors of the deviations
   let asks = 0; // number of the last question on a length
   let sent = "", asked = null, isLimited = false; // the log that the workers have; what the plan was asked for
@@ -47,6 +47,7 @@ function start(module) {
   /** A change of the settings: the curves in the next frame. */
   function change() {
     number++;
+    if (!moving) for (const worker of [estimator, planner]) worker.stop(); // they have a core while nothing moves
     moving = true;
     isLimited = limitLength();
     draw("model");
@@ -110,6 +111,7 @@ function start(module) {
     }
     asked = { ...question, ask: ++asks, coefficients: samplesForCoefficients(call, modelNow(), error) };
     byId("plan").setAttribute("aria-busy", "true");
+    planner.stop();
     planner.ask("plan", { number, ask: asks, model: modelNow(), size: Math.round(tau / drawn.tau0()), error });
   }
 
@@ -178,15 +180,15 @@ function start(module) {
 
   function showState() {
     const { value } = settings;
-    byId("length").textContent = `${samplesNow().toLocaleString("en")} samples, ${timeText(samplesNow() / value.rate)}${isLimited ? `. The longest record of this page has ${MAX_SAMPLES.toLocaleString("en")} samples; at a lower rate it lasts longer.` : ""}`;
+    setText(byId("length"), `${samplesNow().toLocaleString("en")} samples, ${timeText(samplesNow() / value.rate)}${isLimited ? `. The longest record of this page has ${MAX_SAMPLES.toLocaleString("en")} samples; at a lower rate it lasts longer.` : ""}`);
     byId("length").classList.toggle("limited", isLimited);
-    byId("folding").textContent = foldingText();
+    setText(byId("folding"), foldingText());
     document.body.classList.toggle("logged", Boolean(shown.log));
-    byId("verdict").textContent = verdictText();
-    byId("tally").textContent = "";
-    byId("of-record").textContent = shown.log ? "The record" : "A record with this noise";
+    setText(byId("verdict"), verdictText());
+    setText(byId("tally"), "");
+    setText(byId("of-record"), shown.log ? "The record" : "A record with this noise");
     byId("log-curve").hidden = !shown.log;
-    byId("source").textContent = shown.log ? `Record: ${shown.log.name}` : "Record: simulated";
+    setText(byId("source"), shown.log ? `Record: ${shown.log.name}` : "Record: simulated");
     sliders.get("corner").row.hidden = settings.order === 0;
     sliders.get("time").row.hidden = !settings.on.sigma;
     byId("order").value = String(settings.order);

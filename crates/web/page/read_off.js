@@ -1,6 +1,7 @@
 // Reading off by hand: a line with the slope of a term that is laid on the curve, and the coefficient that it reads.
 
 import { make } from "./page.js";
+import { setText } from "./chart.js";
 import { text } from "./numbers.js";
 import { sensor, settings, termName, TERMS, unitOf } from "./settings.js";
 import { shown } from "./figures.js";
@@ -72,7 +73,7 @@ export function lineByHand(figures, place, onread) {
 
   function say() {
     if (!term) {
-      says.textContent = "Choose a line. Drag it by its handle onto the part of the curve with its slope: its height at τ = 1 s is N, at 3 s K, at √3 s Q, at √2 s R; the flat part over 0.664 is B.";
+      setText(says, "Choose a line. Drag it by its handle onto the part of the curve with its slope: its height at τ = 1 s is N, at 3 s K, at √3 s Q, at √2 s R; the flat part over 0.664 is B.");
       return;
     }
     const value = coefficient(), { tau, read } = reading(), units = unitOf(term.id)[0];
@@ -81,7 +82,7 @@ export function lineByHand(figures, place, onread) {
     const truth = settings.on[term.id] && !shown.log ? ` That is ${text(ratio, 3)} times the chosen ${text(chosen)} (${percent < 0 ? "−" : "+"}${Math.abs(percent)} %).` : "";
     const factor = value / read, by = factor < 1 ? `÷ ${text(1 / factor, 4)}` : `× ${text(factor, 4)}`;
     const hours = term.id === "B" || settings.sensor !== "gyro" ? "" : " The paper reads at 1 h, 3 h, √3 h and √2 h, because its axis is in hours.";
-    says.textContent = `${text(read)} ${sensor().rate[0]} ${where}: ${term.id} = ${text(read)} ${by} = ${text(value)} ${units}, eq. (${term.eq}).${truth}${hours}`;
+    setText(says, `${text(read)} ${sensor().rate[0]} ${where}: ${term.id} = ${text(read)} ${by} = ${text(value)} ${units}, eq. (${term.eq}).${truth}${hours}`);
     handle.setAttribute("aria-valuetext", `${term.id} = ${text(value)} ${units}, at τ = ${text(tau)} s`);
     handle.setAttribute("aria-valuenow", String(Number(value.toPrecision(3))));
   }

@@ -1,6 +1,7 @@
 // The settings of the page: sliders with their units, and the model in SI that they give.
 
 import { make } from "./page.js";
+import { setText } from "./chart.js";
 import { text } from "./numbers.js";
 
 const DEG = Math.PI / 180, HOUR = 3600, MICRO_G = 9.80665e-6;
@@ -113,15 +114,18 @@ export function slider(id, [name, title, note], onchange, { toggled = false, onl
     ...(only ? [make("button", { type: "button", className: "only", ariaLabel: `Only ${name}`, title: "Switch all other terms off; the filter stays", onclick: only }, "only")] : []),
     make("span", { className: "entry" }, number, suffix), range);
 
+  /** Only what differs is written: the layout of the page stays valid. */
   function show() {
-    const [low, high] = rangeOfSlider(id), value = settings.value[id];
-    range.value = String(Math.round((STEPS * (Math.log10(value) - low)) / (high - low)));
-    range.setAttribute("aria-valuetext", `${text(value)} ${unit()}`);
+    const [low, high] = rangeOfSlider(id), value = settings.value[id], words = `${text(value)} ${unit()}`;
+    const step = String(Math.round((STEPS * (Math.log10(value) - low)) / (high - low)));
+    if (range.value !== step) range.value = step;
+    if (range.getAttribute("aria-valuetext") !== words) range.setAttribute("aria-valuetext", words);
     if (document.activeElement !== number) {
-      number.value = text(value, 4, 1e7);
+      const shown = text(value, 4, 1e7);
+      if (number.value !== shown) number.value = shown;
       number.removeAttribute("aria-invalid");
     }
-    suffix.textContent = unit();
+    setText(suffix, unit());
     if (box) box.checked = settings.on[id];
     row.classList.toggle("off", Boolean(box) && !settings.on[id]);
   }

@@ -479,6 +479,22 @@ def test_boxes_with_wrong_values_are_marked(opened):
 
 
 @needs_page
+def test_axes_are_drawn_again_after_a_chart_was_hidden(opened):
+    tab = opened()
+    count = "() => [...document.querySelectorAll('canvas.frame')].map((frame) => frame.toDataURL().length)"
+    before = tab.evaluate(count)
+    for display, expected in (("none", [len("data:,")] * 4), ("", before)):
+        tab.evaluate(
+            "(value) => document.querySelectorAll('.plot').forEach((each) => { each.style.display = value; })", display
+        )
+        end = time.monotonic() + LIMIT
+        while tab.evaluate(count) != expected:
+            assert time.monotonic() < end, display
+            tab.wait_for_timeout(50)
+    assert min(before) > 1000
+
+
+@needs_page
 def test_only_keeps_the_filter(opened):
     tab = opened()
     tab.get_by_role("button", name="MEMS").click()

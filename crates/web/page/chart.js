@@ -200,6 +200,7 @@ export function chartIn(place, about) {
     const ratio = devicePixelRatio || 1, { clientWidth, clientHeight } = canvas;
     if (clientWidth === width && clientHeight === height && scale === ratio) return;
     [width, height, scale] = [clientWidth, clientHeight, ratio];
+    framed = ""; // a canvas of another size is empty
     for (const each of [frame, canvas]) {
       each.width = Math.round(width * scale);
       each.height = Math.round(height * scale);

@@ -1,5 +1,6 @@
 """Matérn processes: autocovariance, density and Allan variance against Bessel functions; sums for filters; refusals."""
 
+import json
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.special import gamma, kv
 import sigmatau as st
 from known import seed_of
 from sigmatau import ChannelModel, DataError, GaussMarkov, Matern, NoiseModel
+from sigmatau.cli import main
 from sigmatau.exporting.export import prepare
 
 SMOOTHNESS = (0.02, 0.1, 0.25, 0.4, 0.4999, 0.5)
@@ -133,6 +135,32 @@ def test_systems_and_files_have_the_sum():
     assert "matern" in st.export(model, to="model")
     curves = st.allan(st.simulate(model, duration=100, rate=100, rng=seed_of("matern verify")))
     assert st.verify(model, curves)["gyro_z"].p_value > 1e-3
+    alone = NoiseModel(channels={"gyro_z": ChannelModel(matern=(process,))})
+    curves = st.allan(st.simulate(alone, duration=100, rate=100, rng=seed_of("matern alone")))
+    assert st.verify(alone, curves)["gyro_z"].p_value > 1e-3
+
+
+def test_commands_count_or_refuse_the_process(tmp_path, capsys):
+    """`predict` counts it and states how; `plan` refuses the channel that has one, in Python too."""
+    file = tmp_path / "model.toml"
+    rows = (
+        'gyro_x]\nrandom_walk = "0.1 deg/sqrt(h)"\nmatern = [{ sigma = "9 deg/h", time = "10 min", smoothness = 0.2 }]',
+        'gyro_y]\nrandom_walk = "0.1 deg/sqrt(h)"',
+    )
+    file.write_text("\n".join(f"[channels.{row}" for row in rows), encoding="utf-8")
+    assert main(["predict", str(file), "--after", "60s", "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert err.strip() == "gyro_x: a Matérn process counts as the sum of Gauss-Markov processes that it is"
+    assert set(json.loads(out)["errors"]) >= {"roll", "pitch"}
+    plan = ["plan", str(file), "--term", "rate_random_walk", "--hours", "2", "--rate", "10"]
+    assert main(plan) == 2
+    assert "gyro_x: planning does not count a Matérn process. Give a Gauss-Markov process" in capsys.readouterr().err
+    assert main([*plan, "--channels", "gyro_y"]) == 0
+    assert "gyro_y: rate random walk" in capsys.readouterr().out
+    channel = NoiseModel.read(file)["gyro_x"]
+    kind = {"channel": "gyro_x", "quantity": "angular_rate", "rate_unit": "rad/s"}
+    with pytest.raises(st.OptionError, match="a Matérn process, which planning does not count"):
+        st.plan(channel, "rate_random_walk", rate=10, duration=7200, **kind)
 
 
 def test_range_of_the_smoothness():
@@ -149,8 +177,18 @@ def test_model_file_has_the_smoothness_without_a_unit():
     for wrong in ("0.2", "0.2 s", True, None):
         with pytest.raises(DataError, match="a number without a unit, smoothness"):
             NoiseModel.from_dict({"channels": {"gyro_x": {"matern": [_table("0.3 deg/h", wrong)]}}})
+    whole = _table("1 deg/h", 0.2)
+    for row, words in (
+        ({part: whole[part] for part in ("sigma", "time")}, r"matern lacks smoothness; write \{ sigma = .*= 0.3 \}"),
+        ({"smoothness": 0.2}, "matern lacks sigma and time"),
+        (whole | {"nu": 0.2}, "matern has an unknown part 'nu'"),
+        (whole | {"smoothness": 0.7}, "must be a number from 0.02 to 0.5, not 0.7"),
+        (whole | {"smoothness": 0}, "must be a number from 0.02 to 0.5, not 0"),
+    ):
+        with pytest.raises(DataError, match=words):
+            NoiseModel.from_dict({"channels": {"gyro_x": {"matern": [row]}}})
     with pytest.raises(DataError, match=r"matern is a list, matern = \[.*smoothness = 0.3 \}\]"):
-        NoiseModel.from_dict({"channels": {"gyro_x": {"matern": [{"sigma": "1 deg/h", "time": "1 s"}]}}})
+        NoiseModel.from_dict({"channels": {"gyro_x": {"matern": "9 deg/h"}}})
 
 
 def _table(sigma, smoothness):

@@ -68,7 +68,7 @@ def test_a_file_keeps_resonances_alike_walks_and_the_rate_of_a_bandwidth():
     text = model.to_toml()
     assert NoiseModel.from_dict(tomllib.loads(text)) == model
     assert "of 30 min or more explains the rate random walk as well" in text
-    with pytest.raises(DataError, match=r"resonance is a list, resonance = \[\{ sigma = .*width"):
+    with pytest.raises(DataError, match=r"resonance lacks frequency and width; write \{ sigma = .*width"):
         NoiseModel.from_dict({"channels": {"gyro_x": {"resonance": [{"sigma": "1 deg/h"}]}}})
     with pytest.raises(DataError, match="half width of a resonance must be less"):
         Resonance(sigma=1.0, frequency=0.1, width=0.1)

@@ -92,6 +92,11 @@ def plan_command(
     misfits = []  # units of the channels that the value does not fit: "deg/h" is not for an accelerometer
     for name in channels or noises:
         channel = noises[name]
+        if getattr(channel.noise, "matern", ()):
+            raise OptionError(
+                f"{name}: planning does not count a Matérn process. Give a Gauss-Markov process of its sigma and time",
+                option="model",
+            )
         processes = getattr(channel.noise, "gauss_markov", ())
         if not processes and not any(v for t, v in channel.noise.items() if t not in (term, "rate_ramp")):
             if channels:
@@ -153,14 +158,13 @@ def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], s
     ignored = {
         "sinusoid": bool(noise.sinusoid),
         "resonance": bool(noise.resonance),
-        "Matérn process": bool(noise.matern),
         "bandwidth": noise.bandwidth is not None,
         "Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }
     processes = () if ignored["Gauss-Markov processes"] else noise.gauss_markov
     counted: ChannelModel | Mapping[str, float] = {}
-    if noise.terms or processes:
-        counted = replace(noise, gauss_markov=processes, matern=(), resonance=(), sinusoid=(), bandwidth=None)
+    if noise.terms or processes or noise.matern:
+        counted = replace(noise, gauss_markov=processes, resonance=(), sinusoid=(), bandwidth=None)
     return counted, " and ".join(name for name, present in ignored.items() if present)
 
 

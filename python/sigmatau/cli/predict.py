@@ -98,6 +98,12 @@ def predict_command(
             if name not in model.channels:
                 raise OptionError(f"--channels {name}: {source} has {', '.join(model.channels)}", option="channels")
         model = model.of(channels)
+    expanded = [name for name, channel in model.items() if channel.matern]
+    if expanded:
+        say(
+            f"{', '.join(expanded)}: a Matérn process counts as the sum of Gauss-Markov processes that it is",
+            quiet=quiet,
+        )
     if analysis is not None:
         _warn_of_misfits(analysis, source, quiet=quiet)
     steps = rate if rate is not None else _highest_rate(analysis)

@@ -382,6 +382,7 @@ def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
     parts = {
         "a sinusoid": bool(noise.sinusoid),
         "a resonance": bool(noise.resonance),
+        "a Matérn process": bool(noise.matern),
         "a bandwidth": noise.bandwidth is not None,
         "several Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }

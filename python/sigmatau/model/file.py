@@ -302,10 +302,15 @@ def _processes(table: Mapping[str, Any], key: str, unit: str) -> Iterator[Any]:
     rows = table.get(key, [])
     rows = [rows] if isinstance(rows, Mapping) else rows
     alone = key not in PROCESSES and isinstance(rows, list) and len(rows) > 1
-    if alone or not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(units) for r in rows):
-        written = ", ".join(f'{part} = "1 {usual(si)}"' if si else f"{part} = 0.3" for part, si in units.items())
+    written = ", ".join(f'{part} = "1 {usual(si)}"' if si else f"{part} = 0.3" for part, si in units.items())
+    if alone or not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
         form = f"is a list, {key} = [{{ {written} }}]" if key in PROCESSES else f"is {{ {written} }}"
         raise DataError(f"{key} {form}, not {table[key]!r}")
+    for row in rows:
+        if missing := [part for part in units if part not in row]:
+            raise DataError(f"{key} lacks {' and '.join(missing)}; write {{ {written} }}")
+        if unknown := [part for part in row if part not in units]:
+            raise DataError(f"{key} has an unknown part {unknown[0]!r}; write {{ {written} }}")
     return (kind(**{part: _part(key, row, part, si) for part, si in units.items()}) for row in rows)
 
 

@@ -11,7 +11,7 @@ from sigmatau._native import kernels
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.model.processes import GaussMarkov, positive
+from sigmatau.model.processes import GaussMarkov, positive, real
 
 SMOOTHNESS = (0.02, 0.5)
 """Range of the smoothness, as in crates/core/src/matern.rs."""
@@ -67,12 +67,13 @@ class Matern:
     def __post_init__(self) -> None:
         object.__setattr__(self, "sigma", positive("the standard deviation of a Matérn process", self.sigma))
         object.__setattr__(self, "time", positive("the correlation time of a Matérn process", self.time))
-        object.__setattr__(self, "smoothness", positive("the smoothness of a Matérn process", self.smoothness))
-        if not SMOOTHNESS[0] <= self.smoothness <= SMOOTHNESS[1]:
+        smoothness = real(self.smoothness)
+        if not SMOOTHNESS[0] <= smoothness <= SMOOTHNESS[1]:
             raise DataError(
-                f"the smoothness of a Matérn process must be from {SMOOTHNESS[0]} to {SMOOTHNESS[1]},"
-                f" not {self.smoothness:g}"
+                f"the smoothness of a Matérn process must be a number from {SMOOTHNESS[0]} to {SMOOTHNESS[1]},"
+                f" not {self.smoothness!r}"
             )
+        object.__setattr__(self, "smoothness", smoothness)
 
     def psd(self, f: Floats) -> Floats:
         """Two-sided density before sampling.

@@ -133,7 +133,7 @@ def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) ->
 
 def check_noise(model: ChannelModel, curve: DeviationCurve) -> None:
     """Raise `DataError` for a model without noise."""
-    if not (set(model.terms) & set(NOISE) or model.gauss_markov or model.resonance):
+    if not (set(model.terms) & set(NOISE) or model.gauss_markov or model.matern or model.resonance):
         raise DataError(
             f"the model of {curve.channel} has no noise, so a misfit has no probability; verify a model with noise"
         )

@@ -36,8 +36,8 @@ class FittedMatern(Plain):
     terms : mapping of str to float
         Coefficients of the terms beside the process. [SI]
     gauss_markov_p_value : float
-        P-value of the Gauss-Markov process, ν = 1/2: the likelihood ratio at the end of the range, half of a chi-squared law
-        with one degree of freedom. [1]
+        P-value of the Gauss-Markov process, ν = 1/2: the likelihood ratio at the end of the range, 0.56 of a chi-squared law
+        with one degree of freedom, see docs/theory/matern.md. [1]
     gain : float
         Akaike's criterion of the fit minus that of this model: positive if this model explains the record better. [1]
     p_value : float

@@ -256,6 +256,14 @@ impl Fit {
         }
         debug_assert!(q <= MAX_FILTER && bins.len() == excess.len());
         let mut step = bounded_step(&information, &gradient, &least, &held);
+        // A shape stays at the end of its range, and the other parameters take the step of a model that has it there.
+        let leaving: Vec<usize> = (0..shapes.len())
+            .filter(|&k| leaves_range(self.model.parts[shapes[k].0], shapes[k].1, step[n + q + k], bins))
+            .collect();
+        if !leaving.is_empty() {
+            leaving.into_iter().for_each(|k| held[n + q + k] = true);
+            step = bounded_step(&information, &gradient, &least, &held);
+        }
         let most = if self.model.family.is_some() { SHAPE_STEP } else { FILTER_STEP };
         step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-most, most));
         step[n + q..first].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
@@ -276,6 +284,14 @@ impl Fit {
         let fit = self.model.without(part).refit(bins, STEPS, TOLERANCE, self);
         (fit.deviance - self.deviance, fit)
     }
+}
+
+/// Whether a step leads out of the range of a parameter of a Matérn process, at an end of the range.
+fn leaves_range(part: Part, shape: Shape, step: f64, bins: &Bins) -> bool {
+    let Part::Matern { time, smoothness } = part else { return false };
+    let (value, (low, high)) =
+        if shape == Shape::Time { (time, time_limits(bins)) } else { (smoothness, SMOOTHNESS) };
+    (value <= low && step < 0.0) || (value >= high && step > 0.0)
 }
 
 /// Half of `JᵀνJ`.

@@ -17,6 +17,10 @@ const STEPS: usize = 60;
 const STARTS: [f64; 4] = [0.05, 0.15, 0.3, 0.45];
 const FACTORS: [f64; 2] = [1.0, 6.0];
 
+/// Share of the records of a Gauss-Markov process in which the estimate of the smoothness is below 1/2: 55.8 % of 1600 records of
+/// 90 to 360 correlation times. It tends to one half for long records.
+const SHARE_BELOW: f64 = 0.56;
+
 /// Price of a parameter in deviance (Akaike).
 const PRICE_OF_PARAMETER: f64 = 2.0;
 
@@ -51,13 +55,15 @@ pub(crate) fn with_matern(
     let thresholds = thresholds(p_value);
     let (limited, limited_bins, _) = widened(&found, bins);
     let fall = markov.deviance - found.deviance;
+    let is_below =
+        matches!(found.model.parts[part], Part::Matern { smoothness, .. } if smoothness < SMOOTHNESS.1);
     Some(MaternOutcome {
         variance: part_bounds(&limited, &limited_bins, part, thresholds).around(found.model.theta[part]),
         time: time_bounds(&limited, &limited_bins, part, thresholds)?,
         smoothness: smoothness_bounds(&limited, &limited_bins, part, thresholds)?,
         terms: squares(&found),
-        // The smoothness is at the end of its range: half of a chi-squared law with one degree of freedom.
-        gauss_markov: if fall > 0.0 { 0.5 * chi2_above(fall, 1.0) } else { 1.0 },
+        // The smoothness is at the end of its range: a share of a chi-squared law with one degree of freedom.
+        gauss_markov: if is_below && fall > 0.0 { SHARE_BELOW * chi2_above(fall, 1.0) } else { 1.0 },
         gain: price(fit) - price(&found),
         p_value,
     })

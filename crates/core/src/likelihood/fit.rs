@@ -261,7 +261,9 @@ impl Fit {
             .filter(|&k| leaves_range(self.model.parts[shapes[k].0], shapes[k].1, step[n + q + k], bins))
             .collect();
         if !leaving.is_empty() {
-            leaving.into_iter().for_each(|k| held[n + q + k] = true);
+            for k in leaving {
+                held[n + q + k] = true;
+            }
             step = bounded_step(&information, &gradient, &least, &held);
         }
         let most = if self.model.family.is_some() { SHAPE_STEP } else { FILTER_STEP };

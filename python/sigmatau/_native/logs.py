@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import _core
+from sigmatau.frozen import frozen
 
 LogKind = Literal["mcap", "rosbag1"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class LogChannel:
     """A channel of a log: its topic, number of messages, message type and encoding."""
 
@@ -27,7 +27,7 @@ class LogChannel:
     messages: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class LogEnd:
     """End of the pass through a log, as a code, an offset in bytes, and words.
 
@@ -40,7 +40,7 @@ class LogEnd:
     what: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class LogContents:
     """Channels of a log, and whether their numbers of messages are declared or counted."""
 
@@ -49,7 +49,7 @@ class LogContents:
     end: LogEnd
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Decoded:
     """Columns of messages, each of shape (rows,)."""
 

@@ -8,13 +8,13 @@ import gc
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
+from sigmatau.frozen import frozen
 from sigmatau.process import keep_freed
 from sigmatau.quality.clocks import Mark, collect_marks
 from sigmatau.results import aligned, duration_text
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LogOutcome:
     """Outcome of one log."""
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -16,6 +16,7 @@ from sigmatau.cli.reading import ReadingOptions
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.record.record import stream_name
 from sigmatau.typed.forms import spelled
 
@@ -77,7 +78,7 @@ def _axes(sensor: str, channels: Sequence[str]) -> list[str]:
     return named or [f"{sensor}_{axis}" for axis in "xyz"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Exports:
     """Files by target, and the options for them."""
 

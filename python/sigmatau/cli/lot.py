@@ -6,7 +6,6 @@ import os
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -39,6 +38,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.io.written import is_result
 from sigmatau.lab.datasheets.compare import check_options
 from sigmatau.lab.datasheets.sheet import Datasheet
@@ -372,7 +372,7 @@ def _work(
     return analysis
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _KeptPart:
     """The part of an analysis that is returned to this process."""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sigmatau.analysis import Analysis
 from sigmatau.cli.options import check_folder, command_line, refuse_same
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.reporting.report import report
 from sigmatau.results import printable
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _FIRST_UNITS = 2  # units without a certificate for one reason of its file, after which a lot is ended
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class UnitReports:
     """The folder of the reports, and the facts of their certificates; it is sent to other processes."""
 

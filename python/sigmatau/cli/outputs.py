@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,6 +12,7 @@ from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
 from sigmatau.cli.earlier import curves_path
 from sigmatau.cli.options import check_outputs, command_line, drawing, working, write_csv, write_figure, write_json
+from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
 from sigmatau.reporting.report import report as write_report
 
@@ -26,7 +27,7 @@ _ENDINGS = {"csv": ".csv", "json": ".json", "report": ".html", "plot": ".png", "
 """Endings of the files in the folders of several logs."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Outputs:
     """Output files, or output folders for several logs."""
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
 from sigmatau.exporting.text import comment
 from sigmatau.exporting.values import Numbers
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 
 STEP = Hint("step")
 _LONGEST_STEP = 1.0  # longest step: filters of vehicles predict at least this often [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class AutopilotParameter:
     """A parameter of an autopilot."""
 

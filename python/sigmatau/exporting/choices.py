@@ -7,6 +7,7 @@ from dataclasses import InitVar, dataclass, field, replace
 from typing import Any, Literal, get_args
 
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST, real
@@ -34,7 +35,7 @@ _TERMS = {"walk": "rate_random_walk", "noise": "random_walk"}
 _OPTIONS = {**_TERMS, "names": "name"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Unplaced:
     """A choice that a target does not use.
 
@@ -71,7 +72,7 @@ def not_of_a_log(rate: float) -> OptionError:
 
 
 @with_attributes
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)  # `frozen` has no arguments that are not fields
 class Choices:
     """Options of an export that no record can determine.
 

@@ -6,7 +6,7 @@ The files of one or several targets are prepared completely before any is writte
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol, overload
 
@@ -30,6 +30,7 @@ from sigmatau.findings.exporting import (
     WrittenForOtherRate,
 )
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, worded
 from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
@@ -111,7 +112,7 @@ _SAME_RATE = 1e-3  # largest relative difference of rates that count as equal
 _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Prepared(Printed):
     """The content of a file for another program."""
 
@@ -145,7 +146,7 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
     return prepare_placed(source, to=to, path=file, placed=place_choices(source, [to], chosen)[to])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Placed:
     """Choices that a target has a field for, and the other choices."""
 

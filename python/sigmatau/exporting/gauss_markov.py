@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -24,6 +24,7 @@ from sigmatau.exporting.target import Unused
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
@@ -46,7 +47,7 @@ _HALF_DECADE = math.sqrt(10)  # ratio of averaging times at which comments state
 _MAX_SLOW_NOISE = 1.1  # largest ratio of the Allan deviation of all slow noise to that of the process; more is reported
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Process:
     """First-order Gauss-Markov process in SI, before the conversion of a target."""
 

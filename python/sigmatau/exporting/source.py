@@ -12,13 +12,14 @@ import difflib
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import not_of_a_log
 from sigmatau.findings.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
@@ -27,7 +28,7 @@ from sigmatau.units import find
 _SAME_RATE = 1e-3  # largest relative difference of rates of two sensors of one unit with separate time stamps
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Sample:
     """Measured variance of a sample.
 
@@ -43,7 +44,7 @@ class Sample:
     time: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Source(Printed):
     """A noise model and the data about its record that an export needs.
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
 from sigmatau.exporting.values import Numbers
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Unused:
     """Choices without a field in a target."""
 
@@ -18,7 +19,7 @@ class Unused:
     when: Callable[[Numbers], bool] | None = None  # condition on models and other choices; None: always
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Target:
     """A target of ``sigmatau export``."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from sigmatau.digits import limit_text, round_to_error
@@ -21,6 +21,7 @@ from sigmatau.exporting.source import Source
 from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
@@ -34,7 +35,7 @@ _CHOICES = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of 
 _SAME_TIME = 1e-3  # largest relative difference of two times that are printed alike
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Number:
     """Number in SI, before the conversion of a target."""
 

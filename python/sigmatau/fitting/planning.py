@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from sigmatau.digits import significant
 from sigmatau.errors import OptionError
 from sigmatau.fitting.alternatives import Modes, least_ramp_beside_walk, process_excluded
 from sigmatau.fitting.components import LONGEST_SHARE, MIN_TIMES, coefficient, half_octaves, linear_powers
+from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.process_curves import process_text, process_values
 from sigmatau.model.processes import GaussMarkov
@@ -33,7 +33,7 @@ _LARGEST_ERROR = 0.5  # relative standard error above which a coefficient counts
 _STEP = 1.01  # ratio of values at which a search ends: two digits suffice
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Plan(Printed):
     """The smallest coefficient of a term that a record shows, and the length of a record that shows a given value.
 

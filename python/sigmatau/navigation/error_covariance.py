@@ -17,12 +17,12 @@ D. H. Titterton, J. L. Weston, "Strapdown Inertial Navigation Technology," 2nd e
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from sigmatau.arrays import Floats
+from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.statespace.doubling import RepeatedStep
 from sigmatau.statespace.state_space import state_space
@@ -38,7 +38,7 @@ _ACROSS = {"accel_x": ("gyro_y", 1.0), "accel_y": ("gyro_x", -1.0)}
 _ANGLES = {"gyro_x": "roll", "gyro_y": "pitch", "gyro_z": "heading"}
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Mechanisation:
     """Equations of some errors: n' = A·n + B·(rates of the sensors).
 
@@ -72,7 +72,7 @@ class Mechanisation:
         return solved[:n, :n], solved[:n, n:]
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class NoiseSource:
     """One independent source of noise as a linear system of step dt: y = H·x + v.
 

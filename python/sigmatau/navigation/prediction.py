@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import Floats
 from sigmatau.digits import round_to_error
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, worded
 from sigmatau.model.channel import alike_text
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, Earth
@@ -51,7 +52,7 @@ _BIAS_UNITS = {"gyro": "deg/h", "accel": "mg"}
 _ERRORS = {"rad": "angle", "m/s": "velocity", "m": "position"}
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class PredictedError(Printed):
     """One error against time.
 
@@ -179,7 +180,7 @@ class PredictedError(Printed):
         return lines_text(_table([("", "after", "rms", "", "", "", ""), *_named(self)]))
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Prediction(Mapping[str, PredictedError], Printed):
     """Errors of free inertial navigation at rest: a mapping from error to `PredictedError`.
 

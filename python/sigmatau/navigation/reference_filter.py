@@ -17,7 +17,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -351,7 +350,7 @@ def _falling_root(function: Callable[[float], float], low: float, at_low: float,
     return (low + high) / 2
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Units:
     """Units in which the interval and the deviation of the aiding are 1."""
 
@@ -417,7 +416,7 @@ class _Continuous:
         return RepeatedStep.of_continuous(self.a, self.d, 1.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class _Truth:
     """The noise of a channel in discrete time."""
 
@@ -462,7 +461,7 @@ class _Truth:
         return cls(parts.step(), parts.before, parts.a[0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class _Filter:
     """The stationary filter."""
 
@@ -495,7 +494,7 @@ class _Filter:
         return float(self.step.times(steps).covariance(self.updated)[0, 0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class _Joint:
     """Joint system of truth and filter: the error of the integral, the parts of the truth, the biases estimated by the
     filter.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, get_args
 
 import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
@@ -22,7 +23,7 @@ _MAX_JITTER = 0.1  # largest jitter, over the sample interval
 _ABSOLUTE_ZERO = -273.15  # °C
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class WarmUp:
     """A level that decays after turn-on: amplitude·exp(−t/time).
 
@@ -62,7 +63,7 @@ class WarmUp:
         return self.amplitude * np.exp(-t / self.time)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Temperature:
     """Temperature of the sensor, its effect on the channels, and the thermometer of the log.
 
@@ -144,7 +145,7 @@ class Temperature:
         return rounded(self.at(t), self.resolution)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Outage:
     """A time in which no row is logged.
 
@@ -169,7 +170,7 @@ class Outage:
         _positive("the length of an outage", self.length)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Imperfections(Printed):
     """Imperfections of a simulated log besides the model's noise. Default: none.
 

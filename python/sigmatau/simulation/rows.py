@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -14,6 +14,7 @@ from sigmatau._native import generators
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import check_sampling_rate, real
@@ -32,7 +33,7 @@ _LOSSES, _JITTER = 1 << 32, 2 << 32
 _MAX_JITTER_SIGMAS = 4.5  # largest jitter in standard deviations
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SimulationJob:
     """Checked arguments of a simulation."""
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.io.write import table_writer
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.unobserved import Unobserved, unobserved_texts
@@ -22,7 +22,7 @@ from sigmatau.simulation.imperfections import Imperfections
 from sigmatau.simulation.rows import Channel, Flicker, Stamps, job
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Simulated(Printed):
     """Description of the file that was written.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import Floats, freeze
 from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.frozen import frozen
 from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed, plain
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 Complexes = NDArray[np.complex128]
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class CrossSpectrum(Printed):
     """Cross-spectrum of two channels; two-sided densities.
 

@@ -14,7 +14,6 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import digamma
 from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.results import Printed, plain
 from sigmatau.spectrum.result import Spectrum
 
@@ -36,7 +36,7 @@ _DENSITY_FLOOR = 1e-12
 """Smallest density relative to the largest; lower ones are raised to it, because 0 has no logarithm."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class MinimumPhase(Printed):
     """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter.
 

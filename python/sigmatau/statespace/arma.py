@@ -7,7 +7,7 @@ the result is compared with that of the model before it is returned.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import check_sample_interval
 from sigmatau.noise.terms import refuse_without_system
@@ -37,7 +38,7 @@ _MAX_SPECTRUM_ERROR = 1e-4
 """
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Arma(Printed):
     """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e.
 

@@ -7,18 +7,18 @@ take 2·log₂(n) products, and are as accurate as single steps.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
 from sigmatau.arrays import Floats
+from sigmatau.frozen import frozen
 
 _SERIES = 40
 """Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class RepeatedStep:
     """Transition and noise of some steps of a linear system.
 

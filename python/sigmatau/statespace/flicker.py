@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.model.processes import check_sample_interval, real
 from sigmatau.results import Printed
 
@@ -27,7 +27,7 @@ _FINER_BY = 8  # factor on the number of averaging times at which the error is m
 _DECADES_BEYOND = 0.5  # distance by which poles extend beyond the band at both ends [decades]
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class FlickerPoles(Printed):
     """Gauss-Markov processes that approximate flicker noise of B = 1."""
 

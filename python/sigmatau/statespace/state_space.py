@@ -18,7 +18,6 @@ In the integrated form y is the angle (velocity), and quantization is v.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -27,6 +26,7 @@ from numpy.typing import ArrayLike
 from sigmatau._native.arguments import whole_sizes
 from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, Resonance, check_sample_interval, real
@@ -42,7 +42,7 @@ _DEFAULT_TAU_MAX = 3600.0  # Default of `tau_max`; at least 1000 samples. [s]
 _FILTER_MEMORY = 100.0  # time constants after which a filter has no memory: e^−100 of its state is below rounding
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class StateSpace(Printed):
     """A channel's noise as a linear system: x′ = F·x + G·w, y = H·x + v.
 

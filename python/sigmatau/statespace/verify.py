@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -14,6 +14,7 @@ from sigmatau._native.distributions import chi2_above, gamma_above, gamma_below,
 from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import real
@@ -35,7 +36,7 @@ _MIN_CLUSTERS = 3
 """Smallest number of clusters per record for the misfit; with fewer, a variance has about one degree of freedom."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Verification(Printed):
     """Ratio of the Allan deviation of a linear model to that of a record.
 

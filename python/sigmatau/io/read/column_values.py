@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.io.read.gravity import GRAVITY, MIN_ROWS, ROWS_TESTED
 from sigmatau.io.read.table import Table, all_without_absurd
 
@@ -63,7 +63,7 @@ _ROUNDING = 2.0  # largest deviation of the length of a unit vector from 1, in s
 _UNIT = 1e-4  # deviation of the length that is always allowed: values may have only four decimals
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Identified:
     """The columns of a table that were found by their values. Columns are counted from 0."""
 
@@ -135,7 +135,7 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class _Column:
     """A column and the properties of its values."""
 
@@ -182,7 +182,7 @@ def _kind(values: NDArray[np.float64], steps: NDArray[np.float64]) -> Kind:
     return "noise" if float(np.mean(steps * steps)) / 2 > _WHITE * variance else "slow"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Tile:
     """Three consecutive columns."""
 

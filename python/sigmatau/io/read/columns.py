@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from sigmatau import units
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read.name_tables import NOT_A_CLOCK, SPLIT_STAMP, TIMES
 from sigmatau.io.read.names import (
@@ -29,7 +30,7 @@ from sigmatau.record.thermometers import NAMES
 _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ColumnChoice:
     """The columns that are read, by channel."""
 
@@ -313,7 +314,7 @@ _ONLY_WITH_UNIT = re.compile("t")  # ArduPilot
 _SUFFIX = re.compile(r"^(?P<stem>.+?)_(?P<unit>degc|c|celsius|deg_c|k|kelvin|degf|f|fahrenheit|deg_f)$")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Thermometer:
     """The column of a temperature."""
 

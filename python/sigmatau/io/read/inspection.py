@@ -6,7 +6,7 @@ import contextlib
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from sigmatau._version import __version__
@@ -14,6 +14,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.columns import ColumnsByGravity
 from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.reading import Unusable
+from sigmatau.frozen import frozen
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
 from sigmatau.io.read.column_samples import ColumnSamples, SampledTable
@@ -34,7 +35,7 @@ _MIN_IN_ONE_LINE = 3  # smallest number of elements of an array that share a lin
 _ELEMENT = re.compile(r"(.+)\[(\d+)\]")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ColumnInfo:
     """A column of a table.
 
@@ -56,7 +57,7 @@ class ColumnInfo:
     first: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TableInfo:
     """A table of a file.
 
@@ -109,7 +110,7 @@ class TableInfo:
         return plain(self, "topic rows rate_hz=rate notes findings chosen wanting", columns=columns, rate_source=source)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Inspection(Printed):
     """The contents of a file, and the findings about them.
 

@@ -10,7 +10,6 @@ share it. In doubt, the user is asked.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.io.read import turns
 from sigmatau.io.read.turns import MIN_PARTS, ROWS, SlowNoise, compare_slow_noise, find_groups
@@ -39,7 +39,7 @@ _FRACTIONS = {2: "half", 3: "a third of", 4: "a quarter of"}
 Sign = Literal["means", "scatter", "stamps", "groups"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Interleaving:
     """Detected sensors whose rows take turns."""
 
@@ -121,7 +121,7 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
     return _find_by_order(channels) or _find_by_scatter(channels)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Turns:
     """Turns of a stated number of sensors."""
 

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from sigmatau.frozen import frozen
 
 # Prefixes that do not change the meaning of a name.
 PREFIXES = r"field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?"
@@ -181,7 +183,7 @@ ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 ROS_PATH = re.compile(r"(?:.*[./])?(?P<vector>angular_velocity|linear_acceleration)[./](?P<axis>[xyz])")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Program:
     """A program whose log is identified by the names of all its columns."""
 

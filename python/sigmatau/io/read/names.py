@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 
 from sigmatau import units
+from sigmatau.frozen import frozen
 from sigmatau.io.read.name_tables import (
     AFTER_AXIS,
     ANGLE_INCREMENTS,
@@ -118,7 +118,7 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
     return _by_unit_of_axes(columns, keys, _without_linear(keys, matches))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Log:
     """Facts about all columns of a log that decide the meaning of a single name."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeGuard, get_args
 
 import numpy as np
@@ -189,7 +189,7 @@ class ReadOptions(TableOptions):
         return TableOptions.checked(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Options:
     """Checked options of reading columns, see `TableOptions`."""
 

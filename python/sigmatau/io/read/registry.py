@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import cast
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.io.read.table import FORMATS, Format, Head, TextFormat
 
 NOT_LOGS = (
@@ -23,7 +23,7 @@ NOT_LOGS = (
 """File name endings in folders of logs that do not belong to logs."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Format:
     """A format and its reader."""
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.io.read.columns import is_clock
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Table, select_columns
@@ -21,7 +22,7 @@ from sigmatau.io.read.table import Column, Table, select_columns
 _COPY = re.compile(r"\.\d+$")  # pandas appends a number to repeated names: ``X[s]``, ``X[s].1``
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Clock:
     """A time column and the columns up to the next one."""
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.io.read import opened
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.options import Options, ReadOptions
@@ -23,7 +23,7 @@ from sigmatau.record.sampling import GIVEN_RATE
 from sigmatau.record.streams import Stream
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Unread:
     """Streams whose samples have not been read yet. A missing sample is NaN when it is read."""
 

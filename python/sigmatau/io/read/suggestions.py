@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.columns import ColumnsByGravity
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read.column_values import Identified, Triple, identify, load_columns
 from sigmatau.io.read.columns import channels_hint, find_time
@@ -99,7 +99,7 @@ def ask_for_columns(table: Table) -> OptionError:
 _FORM = Hint("channels", value={"time": "N", "gyro": "N:N", "accel": "N:N"})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Suggestion:
     options: str  # Hints for channels, and for the scale of counts
     evidence: str  # evidence of the values

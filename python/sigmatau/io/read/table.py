@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.record.sampling import STATED, RateSource
 from sigmatau.results import printable
@@ -30,7 +31,7 @@ _LISTED = 12
 _WORD = 50
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Head:
     """The beginning of a file."""
 
@@ -39,7 +40,7 @@ class Head:
     gzip: bool  # True if the file is compressed
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Column:
     """A column of a file."""
 
@@ -54,7 +55,7 @@ class Column:
         object.__setattr__(self, "first", printable(self.first))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Loaded:
     """The requested columns."""
 
@@ -78,7 +79,7 @@ def select_columns(load: Load, places: Sequence[int]) -> Load:
     return load_selected
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RowKind:
     """The kind of the rows of a table that is part of a larger one: the rows with one text in one column."""
 
@@ -112,7 +113,7 @@ class RowKind:
         return f"column{number}{f' {self.name!r}' if self.name else ''}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Table:
     """One table of a file; its columns are loaded on demand. Most files have one table. In others each topic, message,
     group or variable is a table, and ``--topic`` chooses it.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from sigmatau.findings.columns import GravityOnGyro
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import NeverWritten
 from sigmatau.findings.wording import sentence
+from sigmatau.frozen import frozen
 from sigmatau.hints import TIME_COLUMN, Hint
 from sigmatau.io.read.columns import ColumnChoice, Thermometer
 from sigmatau.io.read.gravity import gravity_on_gyro
@@ -41,7 +42,7 @@ from sigmatau.record.streams import RATES, Stream
 from sigmatau.record.thermometers import CELSIUS, PLAUSIBLE, typical
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Part:
     """Streams, conversions and findings of one table."""
 

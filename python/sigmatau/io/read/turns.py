@@ -5,12 +5,13 @@ that two series of rows share.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sigmatau.frozen import frozen
 
 ROWS = 256
 """Number of rows in a part of the log. A lost row shifts the turns only in the parts after it."""
@@ -28,7 +29,7 @@ _MIN_STEPS = 16  # smallest number of distinct values of a turn in a part: a sca
 _SAME_SENSOR = 0.3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TurnMeans:
     """Means of the rows of each turn."""
 
@@ -159,7 +160,7 @@ _EQUAL = 0.25  # largest difference of two means within a group, over the distan
 _PERIODIC = 0.95  # share of the rows whose place in the period determines their group
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Groups:
     """Two groups of rows."""
 

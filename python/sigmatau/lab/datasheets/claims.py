@@ -36,12 +36,12 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import AVERAGES
+from sigmatau.frozen import frozen
 from sigmatau.model import LARGEST, SMALLEST, value_in_si
 from sigmatau.noise.terms import RANKED, TERMS, coefficient_unit, display_units
 from sigmatau.results import plain
@@ -61,7 +61,7 @@ QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Meaning:
     """An interpretation of a claim.
 
@@ -100,7 +100,7 @@ def check_meanings(sided: str | None, bias: str | None) -> None:
         raise OptionError(f"{{option}} must be 'minimum' or 'coefficient', not {bias!r}", option="bias")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Claim:
     """Specification of one term of one sensor.
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
+from sigmatau.frozen import frozen
 from sigmatau.model import NOT_ADEQUATE, ONLY_LIMITS
 
 DoubtKind = Literal[
@@ -28,7 +28,7 @@ _WORDS: dict[DoubtKind, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Doubt:
     """Reason why a claim cannot be decided, or a restriction of a measured value.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from sigmatau import ChannelModel
 from sigmatau.errors import DataError
 from sigmatau.fitting import MeanStability
+from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import MINIMUM
 from sigmatau.lab.datasheets.doubts import Doubt, DoubtKind
 from sigmatau.model import min_adev, processes_avar
@@ -23,7 +23,7 @@ _SAME_AVERAGE = (
 _NEGLIGIBLE = 0.01  # share of a variance up to which processes are ignored: 0.5 % of a deviation [1]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Measured:
     """A measured quantity, in the unit of the claim.
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from sigmatau import NoiseModel
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.lab.datasheets import claims
 from sigmatau.lab.datasheets.claims import MEANS, MINIMUM, Bias, Claim, Sided, check_meanings
@@ -26,7 +27,7 @@ _NOT_STATED = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Datasheet(Printed):
     """Specifications of a sensor.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal
 
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import Claim, Meaning
 from sigmatau.lab.datasheets.doubts import Doubt
 from sigmatau.lab.datasheets.measured import Measured
@@ -21,7 +21,7 @@ _COLUMNS = 5  # number of columns of a full row; the last one, the limits, is pr
 _MOST_PRINTED_SIGMAS = 100  # largest number of standard errors that is printed
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LimitComparison:
     """Comparison of a measured value with one limit.
 
@@ -54,7 +54,7 @@ class LimitComparison:
         return {"limit": self.limit, "side": self.side, **({} if self.sigmas is None else {"sigmas": self.sigmas})}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ClaimReading:
     """A claim in one of its meanings, and the measurement.
 
@@ -83,7 +83,7 @@ class ClaimReading:
         }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Judged:
     """The status of one claim for one channel.
 
@@ -121,7 +121,7 @@ class Judged:
         return plain(self, "channel claim status may_be_out", "reason" if self.reason else "", "readings")
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Verdict(Printed):
     """Whether a unit meets its datasheet.
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from sigmatau import __version__
 from sigmatau.analysis.stretches import Division, merge_sums, sum_stretch
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.lab.fleet.logs import Log
 from sigmatau.lab.fleet.tasks import FleetJob, FleetOutcome, analyse, combined, divided, failed
 from sigmatau.process import uninterrupted
@@ -172,7 +173,7 @@ def run_fleet(
     _Run(client, job, done, tell).all(logs)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Task:
     kind: _Kind
     logs: tuple[Log, ...]

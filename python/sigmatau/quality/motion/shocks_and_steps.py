@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.disturbances import LevelStep, MotionBurst, NotStatic
 from sigmatau.findings.finding import Finding, Span
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.motion.light_shocks import light_shocks
 from sigmatau.quality.motion.windows import (
@@ -41,7 +42,7 @@ _RETURNED = 0.5
 _CANCELS = 0.3
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class ShocksAndSteps:
     """Motion and steps found in the channels of a stream."""
 

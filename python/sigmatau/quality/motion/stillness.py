@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import in_threads
 from sigmatau.quality.motion.gravity_direction import gravity_tilts, measures_gravity
 from sigmatau.quality.motion.octave_means import (
@@ -92,7 +92,7 @@ _POSITION_LENGTH = 5
 _MAX_MISSING = 0.5
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Movement:
     """Stretches in which a sensor moves, and the strongest motion; None at rest."""
 

@@ -5,19 +5,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from sigmatau.arrays import median
 from sigmatau.findings.rest import Motion
+from sigmatau.frozen import frozen
 from sigmatau.quality.motion.octave_means import NOISIEST, OctaveMeans
 from sigmatau.quality.samples.common import take_samples
 
 _AXES = 3  # axes of a sensor that shows gravity
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _LeastRatios:
     """Smallest ratios of the density in the tremor band to that below (geometric mean over the axes, and each axis) and
     to that above (each axis).
@@ -172,7 +173,7 @@ def _is_unsteady(means: OctaveMeans) -> bool:
     return max(levels) > _UNSTEADY * min(levels)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Peak:
     """Tremor band in the density of an axis."""
 

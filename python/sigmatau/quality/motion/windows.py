@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints, median, median_and_spread, runs
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import find_step
@@ -68,7 +68,7 @@ _LASTS = 0.6
 _HALF_WINDOWS = 6
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Burst:
     """Stretch of one channel with motion."""
 
@@ -81,7 +81,7 @@ class Burst:
     away: float = 0.0  # change of the mean of a window; 0 if the sample changes show the motion [unit of the stream]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class MeanStep:
     """A lasting step of the mean."""
 
@@ -93,7 +93,7 @@ class MeanStep:
     gradual: bool  # whether a line fits better than two constant parts, as in a warm-up
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class Windows:
     """A channel summarised by windows of about a second."""
 

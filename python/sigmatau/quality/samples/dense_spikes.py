@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Literal
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from sigmatau._native.neighbours import neighbour_medians, residuals, scatter
 from sigmatau.arrays import Bools, Floats, Ints, median
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import SIGMAS, beyond_chance, present
 from sigmatau.quality.samples.spike_scale import (
     MIN_HEIGHT,
@@ -81,7 +81,7 @@ _NORMAL = NormalDist()
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class _Tail:
     """Residuals of a part of a record, in standard deviations."""
 

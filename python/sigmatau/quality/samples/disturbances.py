@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from sigmatau.arrays import Bools
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding, Span
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.motion.shocks_and_steps import shocks
 from sigmatau.quality.motion.start_transient import start_transient
@@ -44,7 +45,7 @@ _COMPARE_EQUAL = ("dropouts", "saturation", "stuck", "copies")  # causes that co
 _MAX_LEFT_OUT = 0.4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class Disturbance:
     """Samples that one cause disturbs, and the finding about them."""
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated, Upsampled
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import SIGMAS, mask_of_runs, spans_of_runs, take_samples
 from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import runs_of_places
@@ -32,7 +32,7 @@ _CORRECT_FROM = 8
 _EXAMINED = 1 << 15
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Upsampling:
     """Interpolation of a channel."""
 

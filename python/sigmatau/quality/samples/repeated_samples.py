@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, Ints, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import FEW_STEPS, SIGMAS, block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import equal_by_chance, find_step, resolution
@@ -50,7 +50,7 @@ _CORRECT_FROM = 8
 _CORRECT_FROM_TIMES = 4
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Repeats:
     """Repetition of the samples of a stream."""
 

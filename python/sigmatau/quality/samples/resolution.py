@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.values import CoarseResolution
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, largest_rounding, present, take_samples, white_level
 from sigmatau.quality.samples.counts import rounding_by_sums, steps_per_sample
@@ -71,7 +72,7 @@ _BLOCKS = 32
 _LEVEL_FROM = 1 << 18
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Resolution:
     """Step of the numbers of a channel, and its noise."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
@@ -13,6 +12,7 @@ from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spans import longest_spans
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact, stream_fact
 from sigmatau.quality.samples.common import block_rms, largest_rounding, present
 from sigmatau.quality.samples.dense_spikes import dense_spikes, has_hidden_spikes
@@ -188,7 +188,7 @@ def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
     return heights
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Scale:
     """Noise to which a sample is compared."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints, Runs
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import FEW_STEPS, SIGMAS, block_rms, longest_of_tail, pieces, take_samples
 from sigmatau.quality.samples.repeated_samples import runs_of_places
@@ -46,7 +46,7 @@ _MIN_DIFFERENCES = 64
 _EXAMINED = 1 << 16
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Tolerance:
     """Size up to which second differences of a channel count as 0."""
 
@@ -69,7 +69,7 @@ def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
     return Tolerance(rounding, largest, scale, chance)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class StraightParts:
     """Samples on the line through their neighbours."""
 
@@ -79,7 +79,7 @@ class StraightParts:
     smooth: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(kw_only=False, eq=False)
 class Filled:
     """Lost samples that were filled in with straight lines."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.quality.motion.stillness import find_movement
 from sigmatau.quality.samples.common import present, row_means
@@ -72,7 +73,7 @@ _MIN_SAMPLES = 150
 _LONG_ENOUGH = 0.99
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Rest:
     """Whether the sensors of a record are at rest.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -20,6 +20,7 @@ from sigmatau.arrays import Floats, median
 from sigmatau.errors import OptionError
 from sigmatau.findings.disturbances import ChosenWindow, WindowChosen
 from sigmatau.findings.finding import Finding, Severity
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_means
 from sigmatau.quality.selection.time_text import parse_time
 from sigmatau.record.record import MIN_SAMPLES, Record
@@ -40,7 +41,7 @@ _MIN_RECORD_BLOCKS = 2
 _MAX_EMPTY = 0.1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Criterion:
     """Criterion by which the window of a stream is chosen."""
 

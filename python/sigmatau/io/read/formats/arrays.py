@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.record.record import MIN_SAMPLES
@@ -28,7 +29,7 @@ _LISTED = 8
 _UNIT = re.compile(r"(.*?\S)(\s*(?:\[[^\[\]]*[^\d\[\]][^\[\]]*\]|\([^()]*[^\d()][^()]*\)))\s*")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Leaf:
     """An array of a container, not loaded yet."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
 from sigmatau.findings.wording import sentence
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.arrays import MAX_COLUMNS, parts, pick, real_columns
 from sigmatau.io.read.formats.damage import fault, first_line
 from sigmatau.io.read.table import Column, Loaded, Table
@@ -22,7 +22,7 @@ from sigmatau.io.read.time.dates import NO_STAMP
 _INDEX = re.compile(r"^__index_level_\d+__$")  # pandas' name of an index without a name
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ArrowColumn:
     """A numeric column of an Arrow table."""
 

@@ -13,13 +13,13 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import BytesNotRead, Damaged, Place
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read.table import Head
 from sigmatau.record import memory
@@ -173,7 +173,7 @@ def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
     return (*findings, *trailing_bytes(path, start + position + _END_LENGTH + comment, "the archive"))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Contents:
     """The bytes of a file, and the damage of its compression."""
 

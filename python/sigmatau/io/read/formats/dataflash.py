@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.damage import broken, trailing_bytes
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
@@ -60,7 +61,7 @@ _SECONDS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns"}
 _SPELLED = {"m/s/s": "m/s^2"}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _MessageKind:
     """A kind of message, see `sigmatau._native.logs.scan_dataflash`."""
 

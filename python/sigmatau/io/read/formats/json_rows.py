@@ -6,7 +6,6 @@ import contextlib
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged, Place
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import fault, read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
@@ -82,7 +82,7 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") ->
     )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _JsonField:
     """The values of one field in all rows."""
 

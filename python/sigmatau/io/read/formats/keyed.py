@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.damage import read_contents
 from sigmatau.io.read.formats.keyed_pairs import (
     DOCUMENT,
@@ -107,7 +108,7 @@ def find_records(head: bytes) -> Records | None:
     return None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Loader:
     """Reads the records of a file."""
 

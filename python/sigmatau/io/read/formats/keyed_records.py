@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.table import Column
 
@@ -13,7 +14,7 @@ SPACES = bytes.maketrans(MARKS, b" " * len(MARKS))
 MIN_RECORDS = 3  # smallest number of records that must be alike
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Value:
     """A column. Its value is the weighted sum of some words of a record."""
 
@@ -28,7 +29,7 @@ class Value:
         return self.weights == (1_000_000_000, 1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Records:
     """How the records of a text are written."""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.text_delimiter import (
     HEADERS,
     exchange_decimal_commas,
@@ -50,7 +50,7 @@ _SENTENCE = re.compile(r"\$[A-Z]{3,},[^*]*\*[0-9A-Fa-f]{2}")  # sentence of NMEA
 _SEPARATOR = re.compile(r'"?sep=.{1,3}$', re.IGNORECASE)  # line that states the delimiter for Excel
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Layout:
     """The layout of a text table."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import datetime as dt
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.hints import WITHOUT_STAMPS
 from sigmatau.io.read.formats.damage import read_contents
 from sigmatau.io.read.formats.layout import Layout
@@ -32,7 +33,7 @@ _TAG_LINES = 64  # largest number of lines of a segment's header; the specificat
 _DIGITS = b"0123456789+-.,eE\t\r\n ;"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Segment:
     """A header of tags and the rows below it."""
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
 from sigmatau.io.read.formats.damage import fault, refuse_expansion
 from sigmatau.record.on_disk import file_bytes
@@ -74,7 +74,7 @@ class MatContents:
         self.leaves.append(Leaf(group=names[:-1], name=names[-1], shape=shape, load=transposed_array))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Bytes:
     """Part of a file or of a decompressed variable; an access past its end raises `_BrokenError`."""
 
@@ -108,7 +108,7 @@ class _Bytes:
         return self.data.tobytes().decode("latin-1").rstrip("\0")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Matrix:
     """The header of an array, and the bytes after it."""
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.io.read.table import Column
 
 # Type, count (-1: a sequence), first column (-1: none); see crates/formats/src/ros/steps.rs
@@ -63,7 +64,7 @@ _FIELD = re.compile(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MessageLayout:
     """A message as columns."""
 
@@ -71,7 +72,7 @@ class MessageLayout:
     steps: tuple[Step, ...]  # For the decoder
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Field:
     """A field of a definition."""
 

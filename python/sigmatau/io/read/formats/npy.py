@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import IO, Any, Literal
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, printable
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import UnreadArrays
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.formats.damage import (
     archive_ends,
@@ -54,7 +55,7 @@ def read(path: Path, head: Head) -> tuple[Table]:
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Array:
     """An array in a file."""
 

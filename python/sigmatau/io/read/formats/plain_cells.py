@@ -9,9 +9,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.text_lines import COMMENTS
 from sigmatau.io.read.names import split_unit, stated_unit
 from sigmatau.io.read.table import Column, Table
@@ -25,7 +26,7 @@ _MAY_BE_CELL = re.compile(r"\d[ \u00a0]*[A-Za-zµμ°]")
 _DELIMITERS = (",", ";", "\t")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Decoration:
     """Content of the cells or rows of a text besides numbers."""
 

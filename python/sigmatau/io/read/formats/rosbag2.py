@@ -6,7 +6,7 @@ import re
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from urllib.parse import quote
@@ -16,6 +16,7 @@ import numpy as np
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats import damage, roslog, split
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.messages import MessageLayout
@@ -55,7 +56,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     return tuple(replace(table, findings=findings) for table in roslog.some_readable(tables))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Topic:
     id: int
     name: str

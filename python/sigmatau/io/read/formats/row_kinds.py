@@ -11,11 +11,11 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.text_delimiter import names_something
 from sigmatau.io.read.formats.text_lines import COMMENTS, bare_fields, is_number
 from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_device_name, shows_kinds
@@ -34,7 +34,7 @@ _MIN_NUMBERS = 2  # smallest number of numbers in a row besides its kind
 _WHOLE = re.compile(r"\d{1,4}(?:\.0*)?")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Kinds:
     """The kinds of the rows of a text."""
 
@@ -111,7 +111,7 @@ def _is_sensor(labels: Sequence[str]) -> bool:
     return len(labels) == 1 and find_sensor(labels[0]) is not None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class KindText:
     """The lines of a text, without the rows of other kinds."""
 

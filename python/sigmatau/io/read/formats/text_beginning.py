@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.layout import Layout, find_layout
@@ -19,7 +20,7 @@ _OVERLAP = 50  # lines that are searched twice, because the names and units of c
 _MAX_PREAMBLES = 64
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Beginning:
     """The head of a file in UTF-8, up to the first byte that is not text."""
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.frozen import frozen
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Load, Loaded
 from sigmatau.record.sampling import RateSource
@@ -56,7 +57,7 @@ _LONGEST_HEAD = 1 << 14  # beginning of a file in which the scales are searched 
 GCSV_NOTE = "counts times the scales of the head (gcsv)"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Scale:
     """Size of a count of a sensor."""
 
@@ -181,7 +182,7 @@ _ROWS = 20  # number of rows whose counts are compared with the stated rate; few
 _MT_MANAGER_UNITS = {"acc_": "m/s^2", "gyr_": "rad/s"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class StatedRate:
     """A sampling rate that a line above the table states with its unit."""
 

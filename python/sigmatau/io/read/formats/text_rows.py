@@ -5,7 +5,7 @@ distinguished.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from sigmatau._native.formats import DayOrder
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged, Place, SkippedLines
+from sigmatau.frozen import frozen
 from sigmatau.hints import TIME_COLUMN, WITHOUT_STAMPS
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
@@ -50,7 +51,7 @@ def read_rows(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Text:
     """A text with a known layout. Loads its columns."""
 

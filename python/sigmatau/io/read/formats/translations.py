@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.damage import read_contents
 from sigmatau.io.read.registry import find_text_reader
 from sigmatau.io.read.table import HEAD, Head, Table
@@ -48,7 +49,7 @@ _MESSAGE = re.compile(
 _KEY = re.compile(rb"(?:^|, )(\w+) : ")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Translation:
     note: str
     applies: Callable[[bytes, bytes], bool]  # tests the first and the last lines of the head

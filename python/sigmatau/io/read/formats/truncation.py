@@ -11,10 +11,10 @@ import gzip
 import re
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 
 # Bytes that text does not have; 0x1a is allowed, because it ends files of old systems
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
@@ -23,7 +23,7 @@ _TAIL = 1 << 14  # end of a text that is searched for its last line [bytes]
 _MIN_NOT_ASCII = 16  # smallest number of non-ASCII bytes in a damaged line; they must also be at least half of it
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FileLine:
     """A line of a text: its first MiB, whether it has a line end, and whether only blanks follow."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import LoggerDropouts, Place, SkippedMessages
 from sigmatau.findings.wording import sentence
+from sigmatau.frozen import frozen
 from sigmatau.io.read.formats.damage import broken, fault
 from sigmatau.io.read.table import Column, Head, Loaded, Table, without_absurd
 
@@ -50,7 +50,7 @@ _AXES = {
 _INCREMENTS = {"vehicle_imu", "sensor_preflight_imu"}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _ULogField:
     name: str
     kind: str
@@ -105,7 +105,7 @@ class _UnusableError(Exception):
     pass
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Source:
     """The messages of one topic."""
 
@@ -238,7 +238,7 @@ def _defined(definitions: Sequence[bytes]) -> dict[str, str]:
     return formats
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Layout:
     """The fields of a message without padding, and its smallest and largest size [bytes]; or the reason why it cannot
     be read.

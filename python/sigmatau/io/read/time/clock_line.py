@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.arrays import distinct, median
+from sigmatau.frozen import frozen
 
 BLOCK = 64  # number of stamps whose phase on the grid is averaged
 _JITTER_BLOCKS = 512  # number of blocks from which the jitter is computed
@@ -21,7 +21,7 @@ _EXCEPTIONS = 0.03  # share of the intervals of the shorter side that may be on 
 _MIN_INDEPENDENT = 3.0  # smallest number of independent stamps in a part: two determine a line without scatter
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ClockDrift:
     """Mean rates of ten equal parts relative to the rate of the record, and the standard error of each."""
 
@@ -34,7 +34,7 @@ class ClockDrift:
         return float(np.ptp(self.rates))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class GridFit:
     """The grid of stamps; times are in the unit of the stamps."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau._native.formats import DayOrder
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.hints import WITHOUT_STAMPS
 from sigmatau.io.read.table import Column
 
@@ -22,7 +23,7 @@ _PERIODS = {"clock": _DAY, "minutes": _DAY // 24}  # times after which a clock w
 _LONGEST_STEP = 1.5 * _DAY
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DateColumn:
     """A column of dates or of times of day."""
 

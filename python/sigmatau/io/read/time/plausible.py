@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.rates import ImplausibleRate
+from sigmatau.frozen import frozen
 from sigmatau.hints import RATE, Hint
 from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import PLAUSIBLE_RATES
@@ -31,7 +31,7 @@ _SENSORS = {"gyro": "a gyro", "accel": "an accelerometer"}
 _ROUNDING = 1e-6  # relative difference up to which two rates belong to one unit
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RateByUnit:
     """Rate and length of a log in a unit of time."""
 
@@ -180,7 +180,7 @@ contradiction.
 """
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RateContradiction:
     """A stated rate and another rate that cannot be the same nominal rate."""
 

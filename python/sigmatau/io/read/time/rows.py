@@ -6,7 +6,7 @@ Each change is a finding. A fault that only a guess could correct is an error.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -18,6 +18,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
 from sigmatau.findings.stamps import BadStamps
 from sigmatau.findings.wording import sentence
+from sigmatau.frozen import frozen
 from sigmatau.hints import TIME_COLUMN, WITHOUT_STAMPS, Hint
 from sigmatau.io.read.columns import ColumnChoice
 from sigmatau.io.read.formats.damage import fault
@@ -38,7 +39,7 @@ _MIN_STAMPS = 64  # fewer stamps do not show their scatter
 _REGULAR_SPREAD = 0.25  # largest relative standard deviation of the distances between repeats from a slow clock
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class OrderedRows:
     """Rows in use."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.frozen import frozen
 from sigmatau.io.read.names import name_key, split_unit
 from sigmatau.io.read.table import Column
 from sigmatau.io.read.time.dates import NO_STAMP, unwrap_clock
@@ -33,7 +33,7 @@ _MAX_OUTSIDE = 0.01  # largest share of damaged rows, in which the fraction is a
 _LARGEST = 1 << 62  # largest joined stamp [ns]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SplitStamp:
     """Columns that together contain a time stamp."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.rates import RateChange, RateDrift, RateMismatch, RateNotNominal
 from sigmatau.findings.spans import longest_spans
 from sigmatau.findings.stamps import CoarseStamps, Gap, Gaps, HostStamps, IrregularStamps, LongPauses
+from sigmatau.frozen import frozen
 from sigmatau.hints import RATE
 from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
@@ -50,7 +51,7 @@ _FEW_LOST = 1e-3  # share of missing samples, and of the record in the longest g
 _POWERS = {name: term.slope for name, term in TERMS.items()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Timing:
     """Sampling times of a stream."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import io
 import math
 import re
@@ -20,7 +19,9 @@ class Printed:
     __slots__ = ()
 
     def _repr_html_(self) -> str:
-        return f"<pre>{html.escape(repr(self))}</pre>"
+        from html import escape
+
+        return f"<pre>{escape(repr(self))}</pre>"
 
 
 class Plain:
@@ -95,9 +96,10 @@ _HTML_ROWS = 40
 
 def html_table(rows: Sequence[Sequence[str]], *, ready: Container[int] = ()) -> str:
     """Rows of text as a table for a notebook, the first row as its head; columns in `ready` are HTML already."""
+    from html import escape
 
     def line(row: Sequence[str], tag: str) -> str:
-        cells = (text if k in ready else html.escape(text) for k, text in enumerate(row))
+        cells = (text if k in ready else escape(text) for k, text in enumerate(row))
         return f"<tr>{''.join(f'<{tag} style=text-align:left>{cell}</{tag}>' for cell in cells)}</tr>"
 
     return f"<table>{line(rows[0], 'th')}{''.join(line(row, 'td') for row in rows[1:])}</table>"

@@ -20,9 +20,7 @@ from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import trust
 from sigmatau.fitting.read_off import ReadOff
-from sigmatau.fitting.to_model import to_models
 from sigmatau.frozen import frozen
-from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Rest, reason_without_fits
 from sigmatau.record.mask import ChannelMask
@@ -36,6 +34,7 @@ if TYPE_CHECKING:
     from sigmatau.estimators.stability import DynamicAllan
     from sigmatau.exporting.choices import Choices
     from sigmatau.exporting.source import Source
+    from sigmatau.model.noise_model import NoiseModel
     from sigmatau.plot.style import Panels, Style
 
 _FIRST_COLUMNS = ("channel", "term", "value", "low", "high", "unit", "observed", "trust")
@@ -246,6 +245,9 @@ class Analysis(Tabular):
         DataError
             If no channel has one.
         """
+        from sigmatau.fitting.to_model import to_models
+        from sigmatau.model.noise_model import NoiseModel
+
         models = to_models(self.fits)
         if models:
             return NoiseModel(channels=models)

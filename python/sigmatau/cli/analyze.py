@@ -49,7 +49,6 @@ from sigmatau.io.folders import gather, is_log, skipped_lines
 from sigmatau.io.read.formats.split import bag_files
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
-from sigmatau.quality.clocks import compare_clocks
 from sigmatau.record.record import channel_quantities, stream_name
 from sigmatau.typed.config import parse_notes
 
@@ -371,6 +370,8 @@ def _analyze_logs(
 
         with attempts.attempt(), drawing(overlay, outputs.style, quiet=quiet):
             write_figure(plot_overlay(drawn, style=outputs.style), overlay)
+    from sigmatau.quality.clocks import compare_clocks
+
     for name, finding in compare_clocks({str(log): outcomes[log].marks for log in logs}).items():
         say(f"{name}: {finding}", quiet=quiet)
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")

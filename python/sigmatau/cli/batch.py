@@ -16,13 +16,14 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.frozen import frozen
 from sigmatau.process import keep_freed
-from sigmatau.quality.clocks import Mark, collect_marks
 from sigmatau.results import aligned, duration_text
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.context import SpawnContext
     from multiprocessing.process import BaseProcess
+
+    from sigmatau.quality.clocks import Mark
 
 
 @frozen
@@ -129,6 +130,8 @@ def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], obj
 def _outcome(
     log: Path, work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None = None
 ) -> LogOutcome:
+    from sigmatau.quality.clocks import collect_marks
+
     try:
         analysis = work(log)
         marks = collect_marks(analysis.fits)

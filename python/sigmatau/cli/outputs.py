@@ -14,7 +14,6 @@ from sigmatau.cli.earlier import curves_path
 from sigmatau.cli.options import check_outputs, command_line, drawing, working, write_csv, write_figure, write_json
 from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
-from sigmatau.reporting.report import report as write_report
 
 if TYPE_CHECKING:
     from sigmatau.reporting.certificate import Certificate
@@ -87,6 +86,8 @@ class Outputs:
             with attempts.attempt():
                 write_json(content(), files["json"])
         if "report" in files:
+            from sigmatau.reporting.report import report as write_report
+
             with attempts.attempt(), working(f"writing {self.report}", quiet=quiet):
                 write_report(
                     analysis,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import OptionError
-from sigmatau.fitting.curve_slope import fit_slope
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds, wrapped
 from sigmatau.typed.ranges import parse_ends
@@ -17,6 +16,8 @@ def slope_range(text: str) -> tuple[float, float]:
 
 def slopes(analysis: Analysis, span: tuple[float, float]) -> list[str]:
     """Slope of each curve between two averaging times, and the terms with this slope; one line per channel."""
+    from sigmatau.fitting.curve_slope import fit_slope
+
     try:
         fitted = [fit_slope(curve, tau_min=span[0], tau_max=span[1]) for curve in analysis.curves.values()]
     except OptionError as error:

@@ -9,7 +9,6 @@ from typing import Any, Literal, get_args
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.model.unobserved import Unobserved
 from sigmatau.noise.terms import coefficient_unit
@@ -301,6 +300,8 @@ def _between(value: object, low: float, high: float) -> bool:
 
 def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str | float]:
     """Convert choices by sensor from text to SI. Raises `OptionError`."""
+    from sigmatau.model.file import value_in_si
+
     spelled = _TERMS[name]
     if not isinstance(chosen, Mapping):
         raise OptionError(

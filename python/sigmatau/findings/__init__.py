@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -18,6 +17,8 @@ if TYPE_CHECKING:
 @cache
 def details_by_code() -> Mapping[str, type[Details]]:
     """All kinds of findings, by their code."""
+    from pkgutil import iter_modules
+
     from sigmatau.findings.finding import Details
 
     modules = [import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__)]

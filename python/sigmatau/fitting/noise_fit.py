@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.findings.fit import added_parts_text, filter_text, misfit_text, verdict_text
 from sigmatau.findings.reasons import MAX_LINES, CoarseCounts, reasons_text
 from sigmatau.fitting.fitted_noise import FittedNoise
 from sigmatau.fitting.fitted_values import FittedTerm, Interval, SecondModel
-from sigmatau.fitting.to_model import to_model
 from sigmatau.frozen import frozen
-from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import (
     TablesByChannel,
@@ -23,6 +20,9 @@ from sigmatau.results import (
     plain,
     seconds,
 )
+
+if TYPE_CHECKING:
+    from sigmatau.model.channel import ChannelModel
 
 _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
 _MAX_LINES = 3  # number of lines that are printed individually
@@ -146,6 +146,8 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         DataError
             If the fit has no model.
         """
+        from sigmatau.fitting.to_model import to_model
+
         return to_model(self)
 
     def texts(self, term: str) -> list[tuple[str, str, str]]:
@@ -359,10 +361,12 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         return {**term.to_dict(), **extra}
 
     def _repr_html_(self) -> str:
+        from html import escape
+
         rows = [(TERMS[name].label(self.quantity), *self.texts(name)[-1]) for name in self.terms]
         table = html_table([(self.channel, "value", f"{100 * self.level:g} % interval", "unit"), *rows])
-        notes = "".join(f"<li>{html.escape(text)}</li>" for text in self.notes())
-        return f"{table}<p>{html.escape(self.headline())}</p><ul>{notes}</ul>"
+        notes = "".join(f"<li>{escape(text)}</li>" for text in self.notes())
+        return f"{table}<p>{escape(self.headline())}</p><ul>{notes}</ul>"
 
     def __repr__(self) -> str:
         rows = []

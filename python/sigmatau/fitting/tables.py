@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sigmatau.digits import round_to_error
-from sigmatau.estimators.deviation import Deviation
-from sigmatau.estimators.deviation_kinds import Noise
-from sigmatau.estimators.noise_identification import NoiseIdentifications, channel_noise
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
 from sigmatau.noise.terms import TERMS, asked_rate_unit, display_units
 from sigmatau.results import seconds, wrapped
+
+if TYPE_CHECKING:
+    from sigmatau.estimators.deviation import Deviation
+    from sigmatau.estimators.deviation_kinds import Noise
+    from sigmatau.estimators.noise_identification import NoiseIdentifications
 
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008): lines with the slopes of the terms, which together follow the curve. ± is"
@@ -167,6 +170,7 @@ def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
 
 def deviation_table(deviations: Mapping[str, Deviation], *, noise: Noise | NoiseIdentifications | None = None) -> str:
     """Deviations by channel in the units of figures, with their 95 % intervals if the `noise` is given."""
+    from sigmatau.estimators.noise_identification import channel_noise
     from sigmatau.plot.curves import curve_unit
 
     lines: list[str] = []

@@ -14,12 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from sigmatau.errors import OptionError
-from sigmatau.model.channel import ChannelModel
-from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS
+
+if TYPE_CHECKING:
+    from sigmatau.model.channel import ChannelModel
+    from sigmatau.model.noise_model import NoiseModel
 
 Unobserved = Literal["upper-limit", "mean", "absent"]
 
@@ -63,7 +65,7 @@ def include_in_all(model: NoiseModel, policy: Unobserved) -> NoiseModel:
     if policy == "absent":
         return model
     channels = {name: include_unobserved(channel, policy) for name, channel in model.channels.items()}
-    return NoiseModel(channels=channels, correlation=model.correlation)
+    return replace(model, channels=channels)
 
 
 def include_unobserved(model: ChannelModel, policy: Unobserved) -> ChannelModel:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.estimators.accumulator import accumulate, strided_sizes
 from sigmatau.estimators.allan import Counting, DeviationCurve, Overlap, curves_of_stream, refuse_missing
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.findings.curves import ConstantChannel, OutOfRange, Strided, TooFewSamples
@@ -148,6 +147,8 @@ def _curves(
 
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:
     """The requested curves and those for the fit, from one pass over the samples."""
+    from sigmatau.estimators.accumulator import accumulate, strided_sizes
+
     if isinstance(taus, str) and taus == "all":
         raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")
     n, tau0 = stream.grid.n, stream.grid.tau0

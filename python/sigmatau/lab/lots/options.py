@@ -7,7 +7,6 @@ from dataclasses import field
 from typing import Literal, get_args
 
 from sigmatau.frozen import frozen
-from sigmatau.lab.lots.repeatability import check_level
 from sigmatau.options import check_choices, option, with_attributes
 
 By = Literal["unit", "run", "axis"]
@@ -62,4 +61,6 @@ class CompareOptions:
 
     def __post_init__(self) -> None:
         check_choices(self)
+        from sigmatau.lab.lots.repeatability import check_level
+
         check_level(self.level)

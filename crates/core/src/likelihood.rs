@@ -4,6 +4,7 @@
 //! model, which has the terms and further parts (a filter, lines, Gauss-Markov processes, resonances, drifts), tests it,
 //! and profiles the likelihood for intervals.
 
+mod abscissae;
 mod adequacy;
 mod alike;
 mod analysis;

@@ -9,6 +9,7 @@ mod regressors;
 pub(crate) use edges::{first_density, high_ranges, low_edges, median, usable};
 pub(crate) use regressors::{ENDS, Products, Regressor};
 
+use crate::likelihood::abscissae::BinAbscissae;
 use crate::likelihood::expected::{Blocks, FinePoint, ModePoint};
 use crate::likelihood::line::Line;
 use crate::likelihood::running_mean::RunningMean;
@@ -64,6 +65,8 @@ pub(crate) struct Bins<'a> {
     /// First evaluation point of each low bin, then the number of points.
     mode_starts: Vec<usize>,
     pub fine_points: Vec<FinePoint>,
+    /// Frequencies at which filters of known shape are evaluated.
+    pub abscissae: Arc<BinAbscissae>,
     /// With missing samples: weights of the cells in the bins, in row order. The evaluation points are then those of the
     /// cells.
     leak: Option<Arc<Vec<f64>>>,
@@ -122,11 +125,16 @@ impl Bins<'_> {
     }
 
     /// Frequencies of modes of a low bin, thinned if there are many. \[Hz\]
-    fn frequencies_of_modes(&self, bin: usize) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn frequencies_of_modes(&self, bin: usize) -> impl Iterator<Item = f64> + '_ {
         let modes = &self.used_modes[self.edges[bin]..self.edges[bin + 1]];
-        let points = modes.len().min(BIN_POINTS);
+        let points = self.number_of_frequencies(bin);
         (0..points)
             .map(move |i| self.record.mode_frequency(modes[(2 * i + 1) * modes.len() / (2 * points)] + 1))
+    }
+
+    /// Number of [`Self::frequencies_of_modes`].
+    pub(crate) fn number_of_frequencies(&self, bin: usize) -> usize {
+        (self.edges[bin + 1] - self.edges[bin]).min(BIN_POINTS)
     }
 
     /// Mean of a function of the frequency over the modes of a low bin.

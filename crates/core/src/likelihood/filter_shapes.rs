@@ -1,5 +1,6 @@
 //! Named shapes of filters: ln |H|² at frequencies times the sample interval, and similarity to a fitted filter.
 
+use crate::likelihood::abscissae::Abscissae;
 use std::f64::consts::{LN_2, PI};
 
 /// Highest order of Butterworth filters, and longest running mean, that are compared.
@@ -65,40 +66,46 @@ pub(crate) struct Response {
 impl Response {
     /// ln |H|² at a frequency times the sample interval.
     pub(crate) fn log_power(&self, x: f64) -> f64 {
+        self.at(x, || (PI * x).tan(), || (PI * x).sin(), || (2.0 * PI * x).cos())
+    }
+
+    /// ln |H|² at x from the functions tan πx, sin πx, cos 2πx that the shape uses.
+    fn at(&self, x: f64, tangent: impl Fn() -> f64, sine: impl Fn() -> f64, cosine: impl Fn() -> f64) -> f64 {
         match self.shape {
-            Shape::Digital { order, .. } => {
-                -((PI * x).tan() / self.corner_factor).powi(2 * order as i32).ln_1p()
-            }
+            Shape::Digital { order, .. } => -(tangent() / self.corner_factor).powi(2 * order as i32).ln_1p(),
             Shape::Folded { order, corner } => (folded(order, corner, &[x])[0] / self.corner_factor).ln(),
             Shape::Smoothing { .. } => {
                 // |H|² = (1 − p)² / (1 − 2p cos + p²), which is ½ at the corner.
                 let p = self.corner_factor;
-                ((1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)).ln()
+                ((1.0 - p).powi(2) / (1.0 - 2.0 * p * cosine() + p * p)).ln()
             }
             Shape::RunningMean { length } => {
                 let length = f64::from(length);
-                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                let ratio = (PI * length * x).sin() / (length * sine());
                 ratio.powi(2).max(POWER_AT_ZERO).ln()
             }
             Shape::TwoPoles { damping, .. } => {
-                let squared = ((PI * x).tan() / self.corner_factor).powi(2);
+                let squared = (tangent() / self.corner_factor).powi(2);
                 -((1.0 - squared).powi(2) + 4.0 * damping * damping * squared).ln()
             }
             Shape::Means { length, stages } => {
-                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                let ratio = (PI * length * x).sin() / (length * sine());
                 f64::from(stages) * ratio.powi(2).max(POWER_AT_ZERO).ln()
             }
         }
     }
 
     /// [`Self::log_power`] at many frequencies.
-    pub(crate) fn log_powers(&self, x: &[f64]) -> Vec<f64> {
-        match self.shape {
-            Shape::Folded { order, corner } => {
-                folded(order, corner, x).iter().map(|power| (power / self.corner_factor).ln()).collect()
-            }
-            _ => x.iter().map(|&x| self.log_power(x)).collect(),
+    pub(crate) fn log_powers(&self, at: &Abscissae) -> Vec<f64> {
+        if let Shape::Folded { order, corner } = self.shape {
+            return folded(order, corner, &at.x)
+                .iter()
+                .map(|power| (power / self.corner_factor).ln())
+                .collect();
         }
+        let one =
+            |(k, &x): (usize, &f64)| self.at(x, || at.tangents()[k], || at.sines()[k], || at.cosines()[k]);
+        at.x.iter().enumerate().map(one).collect()
     }
 }
 
@@ -216,8 +223,9 @@ impl Shape {
             Self::RunningMean { .. } | Self::TwoPoles { .. } | Self::Means { .. } => return None,
         };
         let step = 2.0 * FARTHEST_CORNER / (CORNERS - 1) as f64;
+        let at = Abscissae::new(x.to_vec());
         let misfit = |shape: Self| {
-            let log_powers = shape.response().log_powers(x);
+            let log_powers = shape.response().log_powers(&at);
             let differences: Vec<f64> = log_powers.iter().zip(log_power).map(|(a, b)| a - b).collect();
             let mean = differences.iter().sum::<f64>() / differences.len() as f64;
             differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>()

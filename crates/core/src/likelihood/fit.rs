@@ -107,7 +107,7 @@ impl Model {
         }
         let products = products.unwrap_or_else(|| Arc::new(bins.products_of(&self.regressors)));
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
-        let (spectrum, mut slopes) = self.evaluate(bins, true);
+        let (spectrum, mut slopes) = self.with_slopes(bins);
         let mut fit = Fit::of(self, spectrum, bins, products, &weights);
         for _ in 0..steps {
             let step = fit.step(&slopes, &weights, bins);
@@ -115,21 +115,21 @@ impl Model {
             let mut better = None;
             for _ in 0..HALVINGS {
                 let model = fit.model.moved(&step, length, bins);
-                let spectrum = model.spectrum(bins);
+                let (spectrum, evaluated) = model.evaluated(bins);
                 let next = Fit::of(model, spectrum, bins, fit.products.clone(), &weights);
                 if next.deviance <= fit.deviance + 1e-9 {
-                    better = Some(next);
+                    better = Some((next, evaluated));
                     break;
                 }
                 length *= STEP_REDUCTION;
             }
-            let Some(next) = better else { break };
+            let Some((next, evaluated)) = better else { break };
             let gain = fit.deviance - next.deviance;
             fit = next;
             if gain < tolerance {
                 break;
             }
-            slopes = fit.model.evaluate(bins, true).1;
+            slopes = fit.model.slopes(bins, &fit.spectrum, evaluated);
         }
         fit
     }
@@ -277,7 +277,7 @@ impl Fit {
     /// computed.
     pub(crate) fn information(&self, bins: &Bins) -> (Symmetric, Vec<Vec<f64>>) {
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
-        let slopes = self.model.evaluate(bins, true).1;
+        let slopes = self.model.with_slopes(bins).1;
         (self.with_levels(information(&slopes, &weights)), slopes)
     }
 

@@ -29,7 +29,7 @@ pub(crate) fn join_without_resonances(
     if resonances.is_empty() {
         return;
     }
-    let slopes = plain.model.evaluate(bins, true).1;
+    let slopes = plain.model.with_slopes(bins).1;
     let mut outside = bins.clone();
     for (i, freedom) in outside.freedom.iter_mut().enumerate() {
         let share: f64 = resonances.iter().map(|&j| plain.model.theta[j] * slopes[j][i]).sum();

@@ -156,9 +156,18 @@ impl RunningMean {
 }
 
 /// |H|² for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
-pub(crate) fn tapered(power: impl Fn(f64) -> f64, f: f64, spacing: f64) -> f64 {
-    let power = |f: f64| power(f.abs().max(LOWEST_FREQUENCY * spacing));
-    power(f) * 2.0 / 3.0 + (power(f - spacing) + power(f + spacing)) / 6.0
+fn tapered(power: impl Fn(f64) -> f64, f: f64, spacing: f64) -> f64 {
+    tapered_power(&tapered_neighbours(f, spacing).map(power))
+}
+
+/// Frequencies whose power the density at f contains: f and its neighbours. \[Hz\]
+pub(crate) fn tapered_neighbours(f: f64, spacing: f64) -> [f64; 3] {
+    [f, f - spacing, f + spacing].map(|f| f.abs().max(LOWEST_FREQUENCY * spacing))
+}
+
+/// |H|² for the periodogram from that at [`tapered_neighbours`].
+pub(crate) fn tapered_power(power: &[f64]) -> f64 {
+    power[0] * 2.0 / 3.0 + (power[1] + power[2]) / 6.0
 }
 
 impl Candidate {

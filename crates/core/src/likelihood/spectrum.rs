@@ -1,10 +1,11 @@
 //! Expected densities of a model, with their derivatives.
 
-use crate::likelihood::bins::Bins;
+use crate::likelihood::abscissae::Abscissae;
+use crate::likelihood::bins::{Bins, Column};
 use crate::likelihood::expected::{FinePoint, Part};
 use crate::likelihood::filter_shapes;
 use crate::likelihood::model::{Model, Shape};
-use crate::likelihood::running_mean::{RunningMean, tapered};
+use crate::likelihood::running_mean::{RunningMean, tapered_power};
 use crate::matern::SMOOTHNESS;
 use crate::terms::Term;
 use std::borrow::Cow;
@@ -18,6 +19,18 @@ const FLOOR: f64 = 1e-9;
 
 /// Relative change of a shape for its derivative; change of an exponent.
 const DIFFERENCE: f64 = 0.02;
+
+/// What the densities of a model have in common with their derivatives; empty for several runs, and only the response with
+/// missing samples.
+#[derive(Debug, Default)]
+pub(crate) struct Evaluated<'a> {
+    /// |H|² at the low bins and at the points of the others.
+    response: Option<(Vec<f64>, Vec<f64>)>,
+    /// Densities of each part.
+    columns: Vec<Cow<'a, Column>>,
+    /// Means of each part over all bins, after the filter.
+    means: Vec<Vec<f64>>,
+}
 
 impl Model {
     /// |H|² at the low bins and at the points of the others; None without a filter.
@@ -100,56 +113,74 @@ impl Model {
 
     /// Expected densities by bin.
     pub(crate) fn spectrum(&self, bins: &Bins) -> Vec<f64> {
-        self.evaluate(bins, false).0
+        self.evaluated(bins).0
     }
 
-    /// Expected densities and, if requested, their logarithmic derivatives with respect to theta, filter and shapes.
-    pub(crate) fn evaluate(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+    /// Expected densities and their logarithmic derivatives with respect to theta, filter and shapes.
+    pub(crate) fn with_slopes(&self, bins: &Bins) -> (Vec<f64>, Vec<Vec<f64>>) {
         if !bins.runs.is_empty() {
-            return self.evaluate_runs(bins, derivatives);
+            return self.evaluate_runs(bins, true);
         }
         if bins.leaks() {
-            return self.evaluate_masked(bins, derivatives);
+            return self.evaluate_masked(bins, self.response(bins).as_ref(), true);
+        }
+        let (total, evaluated) = self.evaluated(bins);
+        let slopes = self.slopes(bins, &total, evaluated);
+        (total, slopes)
+    }
+
+    /// Expected densities by bin, and what they have in common with their derivatives.
+    pub(crate) fn evaluated<'a>(&self, bins: &'a Bins) -> (Vec<f64>, Evaluated<'a>) {
+        if !bins.runs.is_empty() {
+            return (self.evaluate_runs(bins, false).0, Evaluated::default());
         }
         let response = self.response(bins);
-        let nl = bins.low;
+        if bins.leaks() {
+            let total = self.evaluate_masked(bins, response.as_ref(), false).0;
+            return (total, Evaluated { response, ..Evaluated::default() });
+        }
         let mut total = vec![FLOOR * bins.scale; bins.len()];
         total.iter_mut().zip(&bins.lines).for_each(|(t, l)| *t += l);
-        let mut filtered_low = vec![0.0; nl];
-        let mut filtered = vec![0.0; if response.is_some() { bins.fine_points.len() } else { 0 }];
-        let mut columns: Vec<Vec<f64>> = Vec::new();
-        let mut scratch = bins.empty();
-        for (j, &part) in self.parts.iter().enumerate() {
-            let column = if let Some(column) = bins.term(part) {
-                column
-            } else {
-                bins.fill(part, &mut scratch);
-                &scratch
-            };
-            let behind = self.filters(part);
-            let means = bins.means(column, response.as_ref().filter(|_| behind));
-            let theta = self.theta[j];
-            total.iter_mut().zip(&means).for_each(|(t, m)| *t += theta * m);
-            if derivatives {
-                if let Some((low, high)) = response.as_ref().filter(|_| behind) {
-                    for i in 0..nl {
-                        filtered_low[i] += theta * column.low[i] * low[i];
+        let (mut columns, mut means) = (Vec::new(), Vec::new());
+        for (&part, &theta) in self.parts.iter().zip(&self.theta) {
+            let behind = response.as_ref().filter(|_| self.filters(part));
+            let column = bins.column(part);
+            let mean = bins.means(&column, behind);
+            total.iter_mut().zip(&mean).for_each(|(t, m)| *t += theta * m);
+            columns.push(column);
+            means.push(mean);
+        }
+        (total, Evaluated { response, columns, means })
+    }
+
+    /// Logarithmic derivatives of the densities `total`, which were evaluated before, by bin.
+    pub(crate) fn slopes(&self, bins: &Bins, total: &[f64], evaluated: Evaluated<'_>) -> Vec<Vec<f64>> {
+        if !bins.runs.is_empty() {
+            return self.evaluate_runs(bins, true).1;
+        }
+        let Evaluated { response, columns: filled, means: mut columns } = evaluated;
+        if bins.leaks() {
+            return self.evaluate_masked(bins, response.as_ref(), true).1;
+        }
+        if let Some((low, high)) = response.as_ref().filter(|_| !self.filter.is_empty()) {
+            let (mut filtered_low, mut filtered) = (vec![0.0; low.len()], vec![0.0; high.len()]);
+            for j in (0..self.parts.len()).filter(|&j| self.filters(self.parts[j])) {
+                let add = |sums: &mut [f64], column: &[f64], response: &[f64]| {
+                    for (sum, (c, h)) in sums.iter_mut().zip(column.iter().zip(response)) {
+                        *sum += self.theta[j] * c * h;
                     }
-                    for (sum, (c, h)) in filtered.iter_mut().zip(column.high.iter().zip(high)) {
-                        *sum += theta * c * h;
-                    }
-                }
-                columns.push(means);
+                };
+                add(&mut filtered_low, &filled[j].low, low);
+                add(&mut filtered, &filled[j].high, high);
+            }
+            for [slope_low, slope_high] in self.slopes_of_filter(bins) {
+                let product =
+                    |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(s, c)| s * c).collect::<Vec<f64>>();
+                let low = product(&filtered_low, &slope_low);
+                columns.push(bins.gathered(&low, &product(&filtered, &slope_high)));
             }
         }
-        if !derivatives {
-            return (total, columns);
-        }
-        for [slope_low, slope_high] in self.slopes_of_filter(bins) {
-            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(s, c)| s * c).collect::<Vec<f64>>();
-            let low = product(&filtered_low, &slope_low);
-            columns.push(bins.gathered(&low, &product(&filtered, &slope_high)));
-        }
+        let mut scratch = bins.empty();
         for (j, shape) in self.shapes() {
             let (up, down, step) = neighbours(self.parts[j], shape);
             let response = response.as_ref().filter(|_| self.filters(self.parts[j]));
@@ -162,14 +193,20 @@ impl Model {
             columns.push(column);
         }
         for column in &mut columns {
-            column.iter_mut().zip(&total).for_each(|(c, s)| *c /= s);
+            column.iter_mut().zip(total).for_each(|(c, s)| *c /= s);
         }
-        (total, columns)
+        columns
     }
 
-    /// [`Self::evaluate`] with missing samples: one product with the matrix converts all unfiltered parts together.
-    fn evaluate_masked(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let response = self.response(bins).map(|(_, high)| high);
+    /// The densities with missing samples and, if requested, the derivatives: one product with the matrix converts all
+    /// unfiltered parts together.
+    fn evaluate_masked(
+        &self,
+        bins: &Bins,
+        response: Option<&(Vec<f64>, Vec<f64>)>,
+        derivatives: bool,
+    ) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let response = response.map(|(_, high)| high);
         let mut total = vec![FLOOR * bins.scale; bins.len()];
         add(&mut total, &bins.lines, 1.0);
         let cells = bins.fine_points.len();
@@ -177,7 +214,7 @@ impl Model {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (j, &part) in self.parts.iter().enumerate() {
             let (theta, column_of_term) = (self.theta[j], bins.term(part));
-            let response = response.as_ref().filter(|_| self.filters(part));
+            let response = response.filter(|_| self.filters(part));
             match (column_of_term, response) {
                 (Some(column), Some(response)) => {
                     // Change by the filter in each cell; 0 at the frequency 0, where a term may be infinite.
@@ -227,7 +264,7 @@ impl Model {
             bins.densities(up, &mut seen);
             bins.densities(down, &mut all);
             let factor = self.theta[j] / step;
-            let response = response.as_ref().filter(|_| self.filters(self.parts[j]));
+            let response = response.filter(|_| self.filters(self.parts[j]));
             for (i, (s, d)) in seen.iter_mut().zip(&all).enumerate() {
                 *s = (*s - d) * factor * response.map_or(1.0, |h| h[i]);
             }
@@ -269,22 +306,29 @@ impl Model {
 
 /// |H|² of a shape at the low bins and at the points.
 fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
-    let (tau0, spacing, response) = (bins.record.tau0, bins.record.frequency(1), shape.response());
-    let power = |f: f64| response.log_power(f * tau0).max(MIN_LOG_POWER).exp();
-    let at = |frequencies: &mut dyn Iterator<Item = f64>| {
-        let log_powers = response.log_powers(&frequencies.map(|f| f * tau0).collect::<Vec<_>>());
+    let response = shape.response();
+    let powers = |at: &Abscissae| {
+        let log_powers = response.log_powers(at);
         log_powers.iter().map(|log| log.max(MIN_LOG_POWER).exp()).collect::<Vec<_>>()
     };
+    let at = &bins.abscissae;
     let low = if shape.has_zeros() {
-        (0..bins.low).map(|bin| bins.mean_of_modes(bin, power)).collect()
+        let all = powers(at.modes(bins));
+        let mut rest = &all[..];
+        let mean_of = |bin: usize| {
+            let (inside, after) = rest.split_at(bins.number_of_frequencies(bin));
+            rest = after;
+            inside.iter().sum::<f64>() / inside.len() as f64
+        };
+        (0..bins.low).map(mean_of).collect()
     } else {
-        at(&mut bins.frequency[..bins.low].iter().copied())
+        powers(at.low(bins))
     };
     // With missing samples, the matrix includes the smearing by the taper.
     let high = if shape.has_zeros() && !bins.leaks() {
-        bins.fine_points.iter().map(|point| tapered(power, point.frequency, spacing)).collect()
+        powers(at.tapered(bins)).chunks_exact(3).map(tapered_power).collect()
     } else {
-        at(&mut bins.fine_points.iter().map(|point| point.frequency))
+        powers(at.high(bins))
     };
     (low, high)
 }

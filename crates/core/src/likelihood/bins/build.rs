@@ -107,13 +107,14 @@ impl<'a> Bins<'a> {
             mode_points,
             mode_starts,
             fine_points,
+            abscissae: Arc::default(),
             leak,
             lines: Vec::new(),
             terms: Arc::new(Vec::new()),
             regressors,
             runs: Arc::new(Vec::new()),
         };
-        let mut terms = TERMS.map(|part| bins.column(part)).to_vec();
+        let mut terms = TERMS.map(|part| bins.column(part).into_owned()).to_vec();
         if let Some(masked) = &record.masked {
             for (k, column) in terms.iter_mut().enumerate() {
                 column.low = masked.column(k, &all_stretches);

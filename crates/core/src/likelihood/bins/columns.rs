@@ -5,17 +5,18 @@ use crate::likelihood::expected::{ModePoint, Part, fine_densities, flicker_modes
 use crate::likelihood::linear::products;
 use crate::likelihood::power_law::Mixture;
 use crate::terms::Term;
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 impl Bins<'_> {
     /// The densities of a part of unit amplitude.
-    pub(crate) fn column(&self, part: Part) -> Column {
+    pub(crate) fn column(&self, part: Part) -> Cow<'_, Column> {
         if let Some(column) = self.term(part) {
-            return column.clone();
+            return Cow::Borrowed(column);
         }
         let mut column = self.empty();
         self.fill(part, &mut column);
-        column
+        Cow::Owned(column)
     }
 
     /// The densities of a part as means over all bins.

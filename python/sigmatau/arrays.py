@@ -60,6 +60,56 @@ def median(x: NDArray[np.float64]) -> float:
     return float(ordered[(n - 1) // 2] + ordered[n // 2]) / 2 if n % 2 == 0 else float(ordered[n // 2])
 
 
+def quantile(x: NDArray[np.float64], share: float) -> float:
+    """A quantile of numbers without NaN, linear between them. NumPy's imports masked arrays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quantile(np.array([4.0, 1.0, 3.0, 2.0]), 0.9)
+    3.7
+    """
+    place = (len(x) - 1) * share
+    first = min(int(place), max(len(x) - 2, 0))
+    last = min(first + 1, len(x) - 1)
+    low, high = np.partition(x, (first, last))[[first, last]].tolist()
+    part = place - first
+    return low + (high - low) * part if part < 0.5 else high - (high - low) * (1 - part)
+
+
+def medians(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Medians over the first axis, which must not be empty; NaN where a value is NaN. NumPy's imports masked arrays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> medians(np.array([[4.0, 1.0], [1.0, 7.0], [3.0, 8.0], [2.0, 2.0]]))
+    array([2.5, 4.5])
+    """
+    n = len(x)
+    ordered = np.sort(x, axis=0)
+    middle = (ordered[(n - 1) // 2] + ordered[n // 2]) / 2 if n % 2 == 0 else ordered[n // 2]
+    return np.where(np.isnan(ordered[-1]), np.nan, middle)
+
+
+def medians_of_present(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The median of each row without NaN; NaN for a row of NaN. NumPy's `nanmedian` imports masked arrays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> medians_of_present(np.array([[4.0, np.nan, 1.0], [np.nan, 7.0, np.nan]]))
+    array([2.5, 7. ])
+    """
+    ordered = np.sort(rows, axis=1)  # NaN is last
+    count = np.count_nonzero(~np.isnan(ordered), axis=1)
+    low, high = (
+        np.take_along_axis(ordered, np.maximum(place, 0)[:, None], axis=1)[:, 0]
+        for place in ((count - 1) // 2, count // 2)
+    )
+    return np.where(count % 2 == 1, high, (low + high) / 2)
+
+
 def median_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
     """Median, and the standard deviation of normal noise that has the same median absolute deviation.
 
@@ -74,7 +124,7 @@ def median_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def distinct(values: NDArray[_Scalar]) -> NDArray[_Scalar]:
-    """The different values of an array without NaN, in order. NumPy's `unique` imports masked arrays.
+    """The different values of an array in order, NaN last and once. NumPy's `unique` imports masked arrays.
 
     Examples
     --------
@@ -83,7 +133,12 @@ def distinct(values: NDArray[_Scalar]) -> NDArray[_Scalar]:
     array([1, 2, 3])
     """
     ordered = np.sort(values, axis=None)
-    return ordered[np.concatenate(([True], ordered[1:] != ordered[:-1]))] if len(ordered) else ordered
+    if not len(ordered):
+        return ordered
+    differs = np.concatenate(([True], ordered[1:] != ordered[:-1]))
+    if ordered[-1] != ordered[-1]:  # NaN is last, and differs from itself
+        differs[1:] &= ordered[:-1] == ordered[:-1]
+    return ordered[differs]
 
 
 def runs(mask: ArrayLike) -> list[tuple[int, int]]:

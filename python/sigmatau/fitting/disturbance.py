@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from sigmatau._native.distributions import normal_quantile
-from sigmatau.arrays import Floats
+from sigmatau.arrays import Floats, quantile
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.reasons import CoarseCounts, VibrationPower
 from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Part
@@ -122,7 +122,7 @@ def _loudness(x: Floats, m: int, floor: float) -> float:
     sizes = sizes[np.isfinite(sizes)]
     if len(sizes) < _BURST_BLOCKS:
         return 1.0
-    median, loud = np.quantile(sizes, (0.5, _LOUD_SHARE)).tolist()
+    median, loud = quantile(sizes, 0.5), quantile(sizes, _LOUD_SHARE)
     return (loud / median / _normal_loudness(_LOUD_SHARE)) ** 2 if median > max(floor, 0.0) else 1.0
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.arrays import Bools, Floats, Ints, run_edges
+from sigmatau.arrays import Bools, Floats, Ints, distinct, run_edges
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
@@ -177,7 +177,7 @@ def channel_masks(whole: Record, excluded: Iterable[Exclusion]) -> dict[str, Cha
 
 def _without_overlap(stretches: list[tuple[Ints, str]]) -> Iterator[ExcludedSpan]:
     """Spans between the edges of stretches, each with the first reason that covers it."""
-    edges = np.unique(np.concatenate([spans.ravel() for spans, _ in stretches]))
+    edges = distinct(np.concatenate([spans.ravel() for spans, _ in stretches]))
     first = np.full(len(edges), -1)  # reason of the samples from each edge to the next one
     for k in range(len(stretches) - 1, -1, -1):
         covers = np.zeros(len(edges), dtype=np.int64)

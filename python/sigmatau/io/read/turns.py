@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import distinct, medians
 from sigmatau.frozen import frozen
 
 ROWS = 256
@@ -76,8 +77,8 @@ def means_by_turn(parts: NDArray[np.float64]) -> TurnMeans | None:
     significant = (sizes > _ERRORS * error).mean(axis=0) >= _SAME
     if not significant.any():
         return None
-    typical_scatter = np.median(scatter, axis=0)
-    relative = np.divide(np.median(sizes, axis=0), typical_scatter, out=np.zeros(channels), where=typical_scatter > 0)
+    typical_scatter = medians(scatter)
+    relative = np.divide(medians(sizes), typical_scatter, out=np.zeros(channels), where=typical_scatter > 0)
     clearest = int(np.argmax(np.where(significant, relative, -1.0)))
     aligned, distance = means.copy(), np.full((len(means), channels), np.inf)
     turns = np.zeros(len(means), dtype=np.intp)
@@ -86,16 +87,14 @@ def means_by_turn(parts: NDArray[np.float64]) -> TurnMeans | None:
         apart = np.abs(moved - means[0]).max(axis=1)
         closer = apart[:, clearest] < distance[:, clearest]
         aligned[closer], distance[closer], turns[closer] = moved[closer], apart[closer], turn
-    allowed = _TOLERANCE * np.abs(means[0]).max(axis=0) + _TOLERANCE_ERRORS * np.median(error, axis=0)
+    allowed = _TOLERANCE * np.abs(means[0]).max(axis=0) + _TOLERANCE_ERRORS * medians(error)
     fits = distance <= allowed
     same = significant & (fits.mean(axis=0) >= _SAME)
     if not same.any():
         return None
     first_turns = np.full(len(parts), -1, dtype=np.intp)
     first_turns[finite] = np.where(fits[:, clearest], turns, -1)
-    return TurnMeans(
-        means=np.median(aligned, axis=0).T * same[:, None], scatter=typical_scatter, first_turns=first_turns
-    )
+    return TurnMeans(means=medians(aligned).T * same[:, None], scatter=typical_scatter, first_turns=first_turns)
 
 
 def ratio_of_scatters(parts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -105,7 +104,7 @@ def ratio_of_scatters(parts: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     with np.errstate(invalid="ignore"):
         scatters = np.diff(parts, axis=1).std(axis=1)
-        by_turn = np.median(np.where(np.isfinite(scatters), scatters, np.inf), axis=0)  # (turn, channel)
+        by_turn = medians(np.where(np.isfinite(scatters), scatters, np.inf))  # (turn, channel)
     smallest, largest = by_turn.min(axis=0), by_turn.max(axis=0)
     steps = np.count_nonzero(np.diff(np.sort(parts[0], axis=0), axis=0), axis=0).min(axis=0)
     fine = (smallest > 0) & np.isfinite(largest) & (steps >= _MIN_STEPS)
@@ -174,7 +173,7 @@ def find_groups(parts: NDArray[np.float64], starts: NDArray[np.intp]) -> Groups 
     `parts`: shape (parts, rows, channels); `starts`: the first row of each part, shape (parts,).
     """
     rows = (starts[:, None] + np.arange(parts.shape[1])).ravel()
-    fine = [len(np.unique(parts[..., k])) >= _MIN_VALUES for k in range(parts.shape[2])]
+    fine = [len(distinct(parts[..., k])) >= _MIN_VALUES for k in range(parts.shape[2])]
     parts = np.where(fine, parts, 0.0)
     x = (parts - parts.mean(axis=1, keepdims=True)).reshape(len(rows), -1)
     finite = np.isfinite(x).all(axis=1)
@@ -265,7 +264,7 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
     power_of_sum, power_of_difference = (_power(x[:, noisy]) for x in (first + second, first - second))
     total = power_of_sum + power_of_difference
     shares = power_of_sum / np.maximum(total, np.finfo(np.float64).tiny)
-    high = np.median(total[len(total) // 2 :], axis=0)
+    high = medians(total[len(total) // 2 :])
     slow = []
     for low, top in _bands(len(shares)):
         up_to_band = shares[1:top]

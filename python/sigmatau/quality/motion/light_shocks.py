@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from sigmatau.arrays import distinct
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.motion.windows import Burst
 from sigmatau.quality.samples.common import block_rms
@@ -44,9 +45,9 @@ def light_shocks(stream: Stream) -> list[Burst]:
     tau0 = stream.grid.tau0
     cuts = np.flatnonzero(np.diff(rows) * tau0 > _SPIKE_GAP) + 1
     groups = [
-        (times, np.unique(group_axes))
+        (times, distinct(group_axes))
         for times, group_axes in zip(np.split(rows, cuts), np.split(axes, cuts), strict=True)
-        if len(times) >= _MIN_SPIKES and len(np.unique(times)) >= _MIN_ROWS
+        if len(times) >= _MIN_SPIKES and len(distinct(times)) >= _MIN_ROWS
     ]
     groups = [(times, group_axes) for times, group_axes in groups if len(group_axes) >= _MIN_AXES]
     if len(rows) - sum(len(times) for times, _ in groups) > _MAX_SINGLE * len(rows):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sigmatau.arrays import Bools, median_and_spread
+from sigmatau.arrays import Bools, distinct, median_and_spread
 from sigmatau.findings.values import Dropout
 from sigmatau.quality.samples.common import TIMES_CHANCE, beyond_chance, block_rms, mask_of_runs, present, take_samples
 from sigmatau.quality.samples.masking import MaskedFinding
@@ -78,7 +78,7 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
             return 0.0
     if steps is None:
         # If half of n numbers occur once, no number has a share of much more than 1/n.
-        return 1.0 if 2 * len(np.unique(x)) < len(x) else min(4 / len(x), 1.0)
+        return 1.0 if 2 * len(distinct(x)) < len(x) else min(4 / len(x), 1.0)
     scale = block_rms(x - middle)
     chance = steps.step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     return min(max(chance, usual_value(stream, channel)), 1.0)

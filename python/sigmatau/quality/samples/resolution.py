@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.arrays import Floats, median
+from sigmatau.arrays import Floats, distinct, median
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.frozen import frozen
@@ -228,7 +228,7 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
     if resolved is None or resolved.ratio > _MAX_NOISE_STEPS:
         return None
     sample = present(take_samples(stream, channel, count=_EXAMINED))
-    if 2 * len(np.unique(np.rint((sample - sample[0]) / resolved.step))) > len(sample):
+    if 2 * len(distinct(np.rint((sample - sample[0]) / resolved.step))) > len(sample):
         return None  # a line without noise has a step too, but no repeated value
     tau0, step = stream.grid.tau0, resolved.step
     details = CoarseResolution(step=step, noise=resolved.noise, unit=resolved.unit, rounding="unknown", added=None)

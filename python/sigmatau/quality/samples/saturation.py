@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from sigmatau.arrays import Floats, Ints, median
+from sigmatau.arrays import Floats, Ints, distinct, median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Saturation
 from sigmatau.quality.samples.common import block_rms, growing_step, merged_axes, present, spans_of_runs
@@ -91,7 +91,7 @@ def saturation(stream: Stream) -> list[MaskedFinding]:
 
 
 def _too_often(x: Floats, end: float, step: float) -> bool:
-    values = np.unique(present(x))
+    values = distinct(present(x))
     edges = np.flatnonzero(np.diff(values) > step / 2)  # closer values differ by rounding
     firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
     tail = slice(None, -_LEVELS - 1, -1) if end == values[-1] else slice(_LEVELS)

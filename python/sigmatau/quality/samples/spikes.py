@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 
 from sigmatau._native.neighbours import outliers
-from sigmatau.arrays import Bools, Floats, Ints, median
+from sigmatau.arrays import Bools, Floats, Ints, median, medians_of_present
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spans import longest_spans
@@ -184,7 +184,7 @@ def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
         lonely = ~np.isfinite(around_each).any(axis=1)
         if lonely.any():
             around_each[lonely] = np.nanmedian(clean)
-        heights[start : start + _BATCH] = x[some] - np.nanmedian(around_each, axis=1)
+        heights[start : start + _BATCH] = x[some] - medians_of_present(around_each)
     return heights
 
 
@@ -248,7 +248,7 @@ def _where_two_are(x: Floats) -> Floats:
     places = places_present[2:][has_two][: STRETCH * STRETCHES]
     if len(places) == 0:
         return np.zeros(0)
-    return np.asarray(x[places] - np.nanmedian(neighbours(x, places, -SIDE, -1), axis=1))
+    return np.asarray(x[places] - medians_of_present(neighbours(x, places, -SIDE, -1)))
 
 
 def _median(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:

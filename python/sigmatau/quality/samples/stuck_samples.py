@@ -7,7 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sigmatau.arrays import Bools, Floats, Runs
+from sigmatau.arrays import Bools, Floats, Runs, distinct
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Dropout, StuckSamples
 from sigmatau.quality.facts import channel_fact
@@ -84,7 +84,7 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         if held is not None and channel in held.channels:
             is_stuck = lengths > limit(max(held.times, held.longest / 2))
     if is_stuck.any() and resolved is not None and resolved.ratio < FEW_STEPS:
-        for value in np.unique(x[first[is_stuck]]):  # value of a counter between its pulses
+        for value in distinct(x[first[is_stuck]]):  # value of a counter between its pulses
             runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
             usual = int(visits.sum() - lengths[runs & is_stuck].sum()) / len(x)
             tails = (longest_of_tail(group, false_alarm=_FALSE_ALARM) for group in (visits, lengths[runs]))

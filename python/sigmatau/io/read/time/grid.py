@@ -15,7 +15,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.arrays import median
+from sigmatau.arrays import distinct, median
 from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, make_grid_fit
 
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
@@ -220,7 +220,8 @@ def _cosine(intervals: NDArray[np.float64], interval: float) -> float:
 def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
     """The interval of a finer grid than that of the median that fits the intervals; 0 if there is none."""
     some = intervals[:: max(len(intervals) // _MAX_INTERVALS, 1)]
-    low = float(np.quantile(some, _FINE_QUANTILE, method="lower"))
+    place = int((len(some) - 1) * _FINE_QUANTILE)
+    low = float(np.partition(some, place)[place])
     typical = some[(some > 0.7 * low) & (some < 1.4 * low)] if low > 0 else some[:0]
     if not len(typical):
         return 0.0
@@ -398,7 +399,7 @@ def _correct_by_neighbours(
     n, width = len(lost), 2 * _WINDOW + 1
     if n < width:
         return lost
-    contradicting = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
+    contradicting = distinct(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
     windows = np.clip(contradicting[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
     medians = np.median(lost[windows], axis=1)
     before, after = lost[np.maximum(contradicting - 1, 0)], lost[np.minimum(contradicting + 1, n - 1)]

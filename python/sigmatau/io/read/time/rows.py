@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.arrays import median, median_and_spread
+from sigmatau.arrays import distinct, median, median_and_spread
 from sigmatau.errors import DataError, NonFiniteError, StampError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
@@ -251,7 +251,7 @@ def _moved(stamps: NDArray[Any]) -> tuple[NDArray[np.int64], int] | None:
     intervals = np.diff(stamps[order]).astype(np.float64)
     usual = _usual(stamps)
     place = np.flatnonzero(late[order])
-    neighbours = np.unique(np.clip(np.concatenate((place - 1, place)), 0, n - 2))
+    neighbours = distinct(np.clip(np.concatenate((place - 1, place)), 0, n - 2))
     gaps = intervals[neighbours]
     fits = bool((gaps >= _MIN_DISTANCE * usual).all() and (gaps <= _MAX_DISTANCE * usual).all())
     return (order, count) if fits and usual > 0 else None

@@ -60,7 +60,7 @@ def test_reading_off_loads_no_scipy(tmp_path):
 
 NOT_OF_AN_ANALYSIS = (
     *("scipy", "matplotlib", "pandas", "numpy.testing", "numpy.f2py", "numpy.random", "multiprocessing", "concurrent"),
-    *("zipfile", "tomllib", "logging", "difflib"),
+    *("numpy.ma", "zipfile", "tomllib", "logging", "difflib"),
     *(f"sigmatau.io.read.{name}" for name in ("column_values", "devices", "instance_tables", "suggestions")),
     *(f"sigmatau.exporting.{name}" for name in ("export", "source", "targets", "values")),  # not its options
     *("sigmatau.lab.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),

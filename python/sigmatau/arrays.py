@@ -72,7 +72,8 @@ def quantile(x: NDArray[np.float64], share: float) -> float:
     place = (len(x) - 1) * share
     first = min(int(place), max(len(x) - 2, 0))
     last = min(first + 1, len(x) - 1)
-    low, high = np.partition(x, (first, last))[[first, last]].tolist()
+    ordered = np.partition(x, (first, last))
+    low, high = float(ordered[first]), float(ordered[last])
     part = place - first
     return low + (high - low) * part if part < 0.5 else high - (high - low) * (1 - part)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.gls import CurveFit, fit_curve
+from sigmatau.arrays import median
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.reasons import (
@@ -121,7 +122,7 @@ def fit(
         if not math.isfinite(real(tau_min)) or len(chosen) - first < MIN_TIMES:
             last = curve.tau[chosen][-MIN_TIMES]
             raise OptionError(f"{{option}} may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
-    scale = float(np.median(curve.avar[chosen]))
+    scale = median(curve.avar[chosen])
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
         return _no_fit(curve, level, ZeroVariance())
     sizes = curve.m[chosen]

@@ -328,7 +328,7 @@ class TestAnalyze:
         def failing(*_, **__):
             raise DataError("report: the disk is full")
 
-        monkeypatch.setattr("sigmatau.cli.outputs.write_report", failing)
+        monkeypatch.setattr("sigmatau.reporting.report.report", failing)
         names = {"report": "r.html", "json": "r.json", "csv": "r.csv", "plot": "p.svg"}
         outputs = [text for option, name in names.items() for text in (f"--{option}", tmp_path / name)]
         exports = ("--export", f"kf-gins={tmp_path / 'kf'}", "--export", f"kalibr={tmp_path / 'k'}")

@@ -58,7 +58,7 @@ def test_values_with_units(tmp_path):
         ("[channel.gyro_x]\nrandom_walk = '1 deg/sqrt(h)'", "unknown key 'channel'"),
         ("channels = 3", "tables"),
         ("[channels.gyro_x]\narw = '1 deg/sqrt(h)'", "unknown term 'arw'"),
-        ("[channels.gyro_x]\ngauss_markov = [{}]", r'gauss_markov = \[{ sigma = "1 deg/h", time = "1 s" }\]'),
+        ("[channels.gyro_x]\ngauss_markov = [{}]", r'lacks sigma and time; write { sigma = "1 deg/h", time = "1 s" }'),
         ("[channels.accel_x]\nsinusoid = 1", r'sinusoid = \[{ amplitude = "1 ug", frequency = "1 Hz" }\]'),
         ("[channels.gyro_x]\nrandom_walk = 0.1", r'random_walk = "1 deg/sqrt\(h\)"'),
         ("[channels.gyro_x]\nrate_random_walk = 0.1", r'rate_random_walk = "1 deg/h/sqrt\(h\)"'),

@@ -170,7 +170,7 @@ def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
 
 def deviation_table(deviations: Mapping[str, Deviation], *, noise: Noise | NoiseIdentifications | None = None) -> str:
     """Deviations by channel in the units of figures, with their 95 % intervals if the `noise` is given."""
-    from sigmatau.estimators.noise_identification import channel_noise
+    from sigmatau.estimators.noise_identification import NoiseIdentifications, channel_noise
     from sigmatau.plot.curves import curve_unit
 
     lines: list[str] = []

@@ -265,6 +265,11 @@ gap of 10 %, and in 7 % without missing samples. Both sets together have 9.2 ± 
 Coverage is above 95 %, and the half widths exceed 1.96 sd, because intervals include other explanations that are
 nearly as likely, such as a filter ([intervals](../theory/likelihood.md)).
 
+Behind a mean of 8 samples, N is half a per cent too large if samples are missing in blocks or gaps, and the intervals of B
+hold in 84 to 91 %: their model is less exact than that of complete records. A Butterworth filter has no such error. Until
+a negative density was excluded as a model (commit 70e1d1d9), B was covered in 37 of 50 records behind a mean of 8 with three
+to five gaps, and the half width of N was 2 to 10 times larger behind any filter.
+
 Before differences took the place of samples in the segments (commit e2b5887; 40 other records a cell), K alone
 was covered in 55 to 92 % of the records with missing samples, K of "N K strong" with every second sample
 missing in 50 %, and B alone with 50 % missing at random in 72 %."""

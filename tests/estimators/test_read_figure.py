@@ -10,6 +10,8 @@ from drawn_curves import TERMS, TRUTH, by_hand, deviation, drawn, times
 from known import seed_of
 
 LEVEL = 0.95
+CURVE = "".join(f"{15 * k},{200 - 10 * k}\n" for k in range(20))
+AXES = {"x_axis": {0: 0.01, 300: 1000}, "y_axis": {300: 1, 0: 1000}}
 PER_DECADE = 60.0  # [pixels]
 
 
@@ -175,6 +177,47 @@ def test_the_curve_has_the_error_of_reading(tmp_path):
     assert walk.value - 2 * walk.error < TRUTH["random_walk"] < walk.value + 2 * walk.error
 
 
+def test_points_of_an_axis_that_are_close_are_refused(tmp_path):
+    """A tenth of a decade: the scale at the curve would be wrong by more than an interval states."""
+    tau, rng = times(24), np.random.default_rng(seed_of("close"))
+    x_axis, y_axis = clicked(tmp_path / "c.csv", tau, deviation(tau), 1.0, rng)
+    options = {"unit": "rad/s", "x_axis": x_axis, "y_axis": y_axis}
+    assert st.read_figure(tmp_path / "c.csv", **options)["gyro"].adev == pytest.approx(deviation(tau), rel=0.2)
+    close = {"x_axis": {100: 0.01, 106: 0.01 * 10**0.1}, "y_axis": {400: 1e-6, 394: 1e-6 * 10**0.1}}
+    for name, axis in close.items():
+        with pytest.raises(st.OptionError, match=f"points of the {name[0]} axis are too close"):
+            st.read_figure(tmp_path / "c.csv", **options | {name: axis})
+    with pytest.raises(st.OptionError, match="are too close"):
+        st.read_figure(tmp_path / "c.csv", **options, point_error=1e9)
+
+
+def test_the_ends_of_a_curve_are_read_with_an_error(tmp_path):
+    """Clicks beside the first sample and half of the record are no contradiction, those far away are."""
+    tau = np.geomspace(0.01, 500.0, 24)
+    x, y = 100 + 30 * np.log10(tau), 400 - 60 * np.log10(deviation(tau))
+    x[0] -= 5
+    x[-1] += 3
+    np.savetxt(tmp_path / "c.csv", np.stack([x, y], axis=1), delimiter=",")
+    axes = {"x_axis": {40: 0.01, 190: 1000}, "y_axis": {760: 1e-6, 580: 1e-3}, "unit": "rad/s"}
+    curve = st.read_figure(tmp_path / "c.csv", rate=100, duration=1000, point_error=3, **axes)["gyro"]
+    assert (curve.m[0], curve.m[-1], curve.n) == (1, 50_000, 100_000)
+    assert curve.adev[[0, -1]] == pytest.approx(deviation(tau[[0, -1]]), rel=0.3)
+    for options in ({"rate": 30, "duration": 1000}, {"rate": 100, "duration": 300}):
+        with pytest.raises(st.DataError, match="an averaging time of"):
+            st.read_figure(tmp_path / "c.csv", point_error=1, **options, **axes)
+
+
+def test_the_weight_of_a_point_on_a_linear_axis_does_not_follow_its_error(tmp_path):
+    """A flat curve 8 pixels above 0, clicked a pixel too high and too low in turns."""
+    y = 400 - 8 + np.resize([1, -1], 24)
+    np.savetxt(tmp_path / "c.csv", np.stack([10 * np.arange(24), y], axis=1), delimiter=",")
+    axes = {"x_axis": {0: 0.01, 230: 1000}, "y_axis": {400: 0, 100: 300}, "linear": "y"}
+    curve = st.read_figure(tmp_path / "c.csv", unit="deg/h", rate=100, duration=1e6, **axes)["gyro"]
+    errors = np.sqrt(np.diag(curve.digitising))
+    assert errors[3:-3] == pytest.approx(errors[4], rel=0.1)
+    assert curve.adev[[4, 5]] == pytest.approx(np.radians(np.array([7, 9]) / 3600), rel=0.04)
+
+
 @pytest.mark.parametrize(
     ("rows", "options", "message"),
     [
@@ -186,6 +229,11 @@ def test_the_curve_has_the_error_of_reading(tmp_path):
         ("".join(f"{k + 1},{k + 1}\n" for k in range(20)), {"x_axis": {1: 1, 2: 2}}, "coordinates need two axes"),
         ("".join(f"{k + 1},{k + 1}\n" for k in range(20)), {"point_error": -1}, "must be a positive number"),
         ("".join(f"{k + 1},{k + 1}\n" for k in range(20)), {"unit": "deg/sqrt(h)"}, "is not the unit of a rate"),
+        (CURVE, AXES | {"duration": 1e18}, r"has a record of 1e\+20 samples\. Correct the x axis"),
+        (CURVE, AXES | {"rate": 1e14}, "has a record of"),
+        (CURVE, AXES | {"x_axis": {0: 1e-300, 300: 1e300}}, "are too close, or a value is wrong"),
+        (CURVE, AXES | {"y_axis": {300: 1e-300, 0: 1e300}}, "are too close, or a value is wrong"),
+        (CURVE, AXES | {"y_axis": {200: 1e-300, 195: 1}, "point_error": 1e-5}, "not positive or too large"),
     ],
 )
 def test_points_that_cannot_be_used(tmp_path, rows, options, message):

@@ -92,8 +92,9 @@ def test_two_units_on_a_page_are_a_question(tmp_path):
     assert curve.adev == pytest.approx(deviation(curve.tau), rel=5e-3)
 
 
-def test_squares_in_the_title_are_a_question(tmp_path):
-    rest = '<text transform="translate(-50 200) rotate(-90)">AVAR [(deg/h)²]</text>'
+@pytest.mark.parametrize("unit", ["(deg/h)²", "deg²/h²"])
+def test_squares_in_the_title_are_a_question(tmp_path, unit):
+    rest = f'<text transform="translate(-50 200) rotate(-90)">AVAR [{unit}]</text>'
     path = by_hand(tmp_path / "a.svg", rest=rest)
     with pytest.raises(st.OptionError, match="has variances"):
         st.read_figure(path, **OPTIONS)
@@ -103,7 +104,21 @@ def test_squares_in_the_title_are_a_question(tmp_path):
     )
 
 
-@pytest.mark.parametrize("title", ["Averaging Time (Hours)", "Time, hours", "τ / h", "Frequency [Hz]"])
+TITLES = (
+    *(
+        "Averaging Time (Hours)",
+        "Time, hours",
+        "τ / h",
+        "Frequency [Hz]",
+        "τ (msec)",
+        "τ [usec]",
+        "time (milliseconds)",
+    ),
+    *("number of samples", "Samples per cluster"),
+)
+
+
+@pytest.mark.parametrize("title", TITLES)
 def test_another_unit_along_x_is_a_question(tmp_path, title):
     path = by_hand(tmp_path / "a.svg", rest=f'<text x="250" y="340">{title}</text>')
     with pytest.raises(st.OptionError, match="has an x axis in"):

@@ -23,6 +23,8 @@ _PER_OCTAVE = 4  # largest number of averaging times; errors of closer points of
 _MIN_TIMES = 8  # as of `sigmatau.fitting.components.MIN_TIMES`
 _SLOPE_OCTAVES = 1.0  # distance to each side from which the slope of the curve is determined
 _SHORTEST = 0.7  # shortest averaging time. [samples]
+_READING = 3.0  # largest error of an averaging time at an end of the curve. [standard errors]
+_MAX_SAMPLES = 1e15  # of a record. More are a wrong axis, rate or length
 
 
 def read_figure(
@@ -158,27 +160,38 @@ def _curve(
     """The curve of a line at whole multiples of the sample interval."""
     tau, value = line.values
     if not (np.all(np.isfinite(tau) & np.isfinite(value)) and tau.min() > 0 and value.min() > 0):
-        raise DataError("has a curve with values that are not positive. Check the axes and the line")
+        raise DataError("has a curve with values that are not positive or too large. Check the axes and the line")
     if np.any(np.diff(tau) <= 0):
         raise DataError("has a curve whose averaging times do not rise. Check the x axis")
     log_tau, log_value = np.log(tau), np.log(value)
     # The ends of segments are the values that were drawn; a smooth line with few of them is followed in between.
     ends = np.flatnonzero(line.is_end)
     rate = rate or 1 / float(tau[0])
-    sizes = _sizes(tau[ends], rate)
+    longest = rate * max(2 * float(tau[-1]), duration or 0.0)
+    if longest > _MAX_SAMPLES:
+        raise DataError(f"has a record of {longest:.3g} samples. Correct the x axis, the rate or the length")
+    # An averaging time is read with an error: that of one sample may be below it, and that of half the record above it.
+    first, last = np.exp(_READING * line.time_errors)
+    shortest = min(_SHORTEST, 1 / first)
+    sizes = _sizes(tau[ends], rate, shortest)
     if len(sizes) < _MIN_TIMES:
-        sizes = _sizes(tau, rate)
+        sizes = _sizes(tau, rate, shortest)
+    if duration is not None:
+        if 2 * sizes[-1] > last * rate * duration:
+            raise DataError(
+                f"shows an averaging time of {sizes[-1] / rate:.3g} s, above half of the record. Correct its length"
+            )
+        sizes = np.unique(np.minimum(sizes, max(round(rate * duration) // 2, 1)))
     if len(sizes) < _MIN_TIMES:
         raise DataError(f"has a curve at {len(sizes)} averaging times. {_MIN_TIMES} or more are needed")
     samples = 2 * int(sizes[-1]) if duration is None else round(rate * duration)
-    if 2 * sizes[-1] > samples:
-        raise DataError(
-            f"shows an averaging time of {sizes[-1] / rate:.3g} s, above half of the record. Correct its length"
-        )
     log_times = np.log(sizes / rate)
     values = _interpolated(log_times, log_tau, log_value)
     slope = _slopes(log_times, log_tau, log_value)
     coordinates = np.stack([_interpolated(log_times, log_tau, column) for column in line.points.T], axis=1)
+    if not line.y.is_log:
+        # The relative error of a point depends on its value there. Points that are read too high get no more weight.
+        coordinates[:, 1] = line.y.place(np.exp(_smoothed(log_times, values)))
     share = 0.5 if is_variance else 1.0  # of the logarithm of the deviation in that of the value
     return DeviationCurve(
         channel=name,
@@ -195,9 +208,12 @@ def _curve(
     )
 
 
-def _sizes(tau: Floats, rate: float) -> NDArray[np.int64]:
-    """Cluster sizes nearest to averaging times, at most 4 per octave. Raises `DataError` if the rate is too low."""
-    if tau[0] * rate < _SHORTEST:
+def _sizes(tau: Floats, rate: float, shortest: float) -> NDArray[np.int64]:
+    """Cluster sizes nearest to averaging times, at most 4 per octave. Raises `DataError` if the rate is too low.
+
+    `shortest`: shortest averaging time. [samples]
+    """
+    if tau[0] * rate < shortest:
         raise DataError(
             f"shows an averaging time of {tau[0]:.3g} s, below the sample interval {1 / rate:.3g} s. Correct the rate"
         )
@@ -215,6 +231,14 @@ def _interpolated(places: Floats, x: Floats, y: Floats) -> Floats:
     k = np.clip(np.searchsorted(x, places), 1, len(x) - 1)
     share = (places - x[k - 1]) / (x[k] - x[k - 1])
     result: Floats = y[k - 1] + share * (y[k] - y[k - 1])
+    return result
+
+
+def _smoothed(places: Floats, y: Floats) -> Floats:
+    """Mean of the values up to an octave to each side, the same distance to both."""
+    reach = np.minimum(_SLOPE_OCTAVES * math.log(2), np.minimum(places - places[0], places[-1] - places))
+    is_close = np.abs(places[:, None] - places) <= reach[:, None] + 1e-9
+    result: Floats = is_close @ y / is_close.sum(axis=1)
     return result
 
 

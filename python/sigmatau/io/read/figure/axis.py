@@ -44,7 +44,8 @@ class Axis:
     def read(self, coordinate: Floats) -> Floats:
         """The values at coordinates."""
         value = self.offset + self.slope * (coordinate - self.center)
-        return np.power(10.0, value) if self.is_log else value
+        with np.errstate(over="ignore"):  # infinite values are refused where they matter
+            return np.power(10.0, value) if self.is_log else value
 
     def place(self, value: Floats) -> Floats:
         """The coordinates of values."""

@@ -18,7 +18,7 @@ from sigmatau.io.read.figure.axis import Axis, stated_axis
 from sigmatau.io.read.figure.candidates import Candidate, find_candidates
 from sigmatau.io.read.figure.drawing import MAX_BYTES, FigurePage
 from sigmatau.io.read.figure.labels import Word, joined_words, labels_among
-from sigmatau.io.read.figure.lines import FigureLine, line_of_values, standard_error
+from sigmatau.io.read.figure.lines import FigureLine, check_calibration, line_of_values, standard_error
 from sigmatau.io.read.figure.ticks import DIRECTIONS, AxisError, Row, calibrate_rows, path_axes
 from sigmatau.io.read.figure.titles import check_unit, has_logarithm, has_unit, other_unit, titles_above
 
@@ -124,6 +124,9 @@ def read_lines(
         stated = {"x": _axis(x_axis, "x", linear, sd), "y": _axis(y_axis, "y", linear, sd)}
         axes = _axes(figure, candidate, stated)
         check_directions(axes)
+        for k, (way, axis) in enumerate(stated.items()):
+            if axis is not None:
+                check_calibration(way, axis, candidate.points[:, k], _OPTIONS[way])
         lines.append(
             FigureLine(
                 name=name,
@@ -244,6 +247,8 @@ def _clicked(
         x, y = _axis(x_axis, "x", linear, error), _axis(y_axis, "y", linear, error)
         assert x is not None
         assert y is not None
+        for k, (way, axis) in enumerate((("x", x), ("y", y))):
+            check_calibration(way, axis, points[:, k], _OPTIONS[way])
         points = points[::-1] if x.slope < 0 else points
         lines.append(
             FigureLine(name=name, x=x, y=y, points=points, is_end=np.ones(len(points), dtype=np.bool_), error=error)

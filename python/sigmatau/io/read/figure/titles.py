@@ -12,18 +12,22 @@ from sigmatau.io.read.figure.drawing import Box
 from sigmatau.io.read.figure.labels import Word
 
 _TITLE = 6.0  # largest distance of the title of the x axis from the axis over the size of the font
-_TIMES = r"(h|hrs?|hours?|min|minutes?|d|days?|ms|ks|[µμ]s|samples?|k?Hz)"
+_TIMES = (
+    r"(h|hrs?|hours?|mins?|minutes?|d|days?|ks|m(?:illi)?s(?:ec(?:onds?)?)?"
+    r"|(?:[uµμ]|micro)s(?:ec(?:onds?)?)?|samples?|k?Hz)"
+)
 _OTHER_X = (
     re.compile(rf"[\[(]\s*{_TIMES}\s*[\])]", re.IGNORECASE),
     re.compile(rf"(?:times?|τ|tau|lag|frequency)\s*[,/]?\s*(?:in\s*)?{_TIMES}\s*$", re.IGNORECASE),
+    re.compile(r"\b(?:number|no\.?|#)\s*of\s*(samples)\b|\b(samples)\s*(?:per|in\s*a)\s*cluster", re.IGNORECASE),
 )
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
-_SQUARED = re.compile(r"[\])]\s*\^?\s*\{?[²2]")
+_SQUARED = re.compile(r"[\])]\s*\^?\s*\{?[²2]|[\[(][^\[\]()]*[a-z°]\s*\^?[²2]\s*/\s*(?:h|hr|s)\s*\^?[²2]")
 _LOGARITHM = re.compile(r"\blog\s*(?:_?\{?10\}?|₁₀)?\s*[\[({]?\s*(?:τ|tau|σ|sigma|a?dev|allan|time|t\b)", re.IGNORECASE)
 _FACTOR = re.compile(r"(?:\\times|[×x·*])10(?:\^\{?)?[-−+]?[\d⁻⁰¹²³⁴-⁹]{1,3}\}?|1e[-−+]?\d{1,2}", re.IGNORECASE)
 _MAX_FACTOR = 24  # letters
 _MAX_TITLE = 200  # letters
-_FACTOR_RISE = (0.3, 4.0)  # of a factor above the highest tick over the size of the font
+_FACTOR_RISE = (0.1, 4.0)  # of a factor above the highest tick over the size of the font
 _ABOVE = 2.0  # largest distance of the beginning of a text above a y axis to the right of it over the size of the font
 _FACTOR_REACH = 8.0  # largest distance of a factor from the end of its axis over the size of the font
 
@@ -56,7 +60,7 @@ def other_unit(words: Sequence[Word], box: Box) -> str:
         if is_below and is_within:
             match = next((match for each in _OTHER_X if (match := each.search(word.text))), None)
             if match:
-                return match[1]
+                return str(next(text for text in match.groups() if text))
     return ""
 
 

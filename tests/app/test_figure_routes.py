@@ -159,6 +159,13 @@ def test_a_wrong_click_is_marked(page, picture):
     assert page.post("api/figure/curves", **body).json()["channels"][0]["off"] == [7]
 
 
+def test_points_that_are_too_few_for_a_fit(page, picture):
+    """The last ones are above a third of the shortest record."""
+    (channel,) = page.post("api/figure/curves", **request(picture, count=8)).json()["channels"]
+    assert "no fit: only" in channel["table"]["verdict"]
+    assert "Click further points" in channel["table"]["notes"][0]
+
+
 def axis(*ticks):
     return [list(tick) for tick in ticks]
 

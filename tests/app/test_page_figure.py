@@ -103,7 +103,7 @@ def test_from_a_picture_to_a_model(opened, figures, tmp_path, monkeypatch, capsy
     click_ticks(tab, picture, rng)
     for k, place in enumerate(picture.points(22)):
         click(tab, picture, place, rng)
-        tab.locator(".figure-prompt", has_text=f"{k + 1} of 8" if k < 7 else "further points").wait_for()
+        tab.locator(".figure-prompt", has_text=f"{k + 1} of 10" if k < 9 else "further points").wait_for()
     rows = table(tab)
     assert covered(rows) == dict.fromkeys(truths(), True)
     assert tab.locator(".figure-result", has_text="the shortest possible one is assumed").count() == 1
@@ -354,3 +354,30 @@ def test_a_datasheet_beside_a_log(opened, figures, folder):
     # The points are still there.
     tab.locator("#step-figure").click()
     tab.locator(".mark.point").nth(23).wait_for()
+
+
+def test_a_name_with_a_quote_is_quoted_in_the_command(opened, figures):
+    drawn(figures / "texts.svg").rename(figures / "it's.svg")
+    tab = opened()
+    open_figure(tab, figures / "it's.svg")
+    command = tab.locator(".figure-note code").inner_text()
+    assert shlex.split(command)[2].endswith("it's.svg")
+
+
+def test_a_picture_that_was_replaced_is_noticed(opened, figures):
+    """The clicks of the address belong to the picture that was clicked."""
+    picture = Picture(figures / "replaced.png")
+    tab = opened()
+    open_figure(tab, picture.path)
+    click_ticks(tab, picture)
+    for place in picture.points(12):
+        click(tab, picture, place)
+    rows = table(tab)
+    tab.reload()
+    assert table(tab) == rows
+    assert tab.locator(".figure-note").inner_text() == ""
+    Picture(picture.path, size=(1280, 960))
+    tab.reload()
+    note = tab.locator(".figure-note").get_by_role("alert")
+    note.wait_for()
+    assert "had 640 × 480 pixels, this one has 1280 × 960" in note.inner_text()

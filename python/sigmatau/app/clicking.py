@@ -17,6 +17,7 @@ from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.estimators.figure import read_figure
+from sigmatau.findings.reasons import TooFewTimes
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.to_model import has_model, to_models
@@ -121,6 +122,8 @@ def _axes(stated: Clicks) -> dict[str, Axis]:
 def _table(fitted: NoiseFit) -> dict[str, Any]:
     """The coefficients as the page shows those of a result."""
     reasons = [fitted.reason] if fitted.reason and fitted.is_fitted else []
+    if any(isinstance(reason, TooFewTimes) for reason in fitted.reasons):
+        reasons = ["Click further points, below a third of the record. Points within a quarter of an octave count once"]
     return {
         "channel": printable(fitted.channel),
         "verdict": fitted.headline(),

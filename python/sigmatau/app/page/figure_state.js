@@ -3,17 +3,17 @@
 import { parsed } from "./dom.js";
 
 export const TICKS = ["x1", "x2", "y1", "y2"];
-export const MIN_POINTS = 8; // smallest number of points of a curve
+export const MIN_POINTS = 10; // smallest number of points of a curve: 8 are fitted, and the last ones are above a third of the shortest record
 const TOUCH = 3; // error of a finger over that of a mouse
 const SHARPNESS = 0.5; // smallest error of a click on a picture of pixels [pixels]
 const LEVELLED = 1.25; // error of a picture that was turned over that of a straight one: the angle has an error too
 const MOST_TURN = 45; // largest turn to each side [degrees]
 const USUAL = { gyro: "deg/h", accel: "ug", signal: "" };
 
-/** State of a figure. A place is [x, y, error] in pixels of the picture; `source` is {path} or {file}. */
+/** State of a figure. A place is [x, y, error] in pixels of the picture; `source` is {path} or {file}; `size` is that of the picture that was clicked, null before. */
 export function newFigure(source, name) {
   return {
-    source, name, page: null, ticks: Object.fromEntries(TICKS.map((key) => [key, { place: null, value: "" }])), curves: [{ name: "", points: [] }],
+    source, name, page: null, size: null, ticks: Object.fromEntries(TICKS.map((key) => [key, { place: null, value: "" }])), curves: [{ name: "", points: [] }],
     kind: "gyro", unit: USUAL.gyro, content: "deviation", linear: "", error: "", rate: "", hours: "", turn: 0,
   };
 }
@@ -29,6 +29,7 @@ export function figureFrom(stated) {
   for (const key of ["kind", "unit", "content", "linear", "error", "rate", "hours"]) if (typeof stated[key] === "string") figure[key] = stated[key];
   if (!(figure.kind in USUAL)) figure.kind = "gyro";
   if (Number.isInteger(stated.page)) figure.page = stated.page;
+  if (Array.isArray(stated.size) && stated.size.length === 2 && stated.size.every(Number.isFinite)) figure.size = stated.size;
   figure.turn = boundedTurn(Number(stated.turn) || 0);
   return figure;
 }

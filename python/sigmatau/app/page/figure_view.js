@@ -53,6 +53,8 @@ export async function showFigure(view, { command, compared }) {
     stage.element.focus({ preventScroll: innerWidth > NARROW });
   }
 
+  const pictureSize = () => [state.picture.width, state.picture.height];
+
   const valueField = (key) => targets.element.querySelector(`[data-tick="${key}"]`);
 
   /** The value of a tick was typed and entered: go on with the next value, or with the picture. */
@@ -68,11 +70,11 @@ export async function showFigure(view, { command, compared }) {
     if (mark.split(":")[0] === target) return;
     if (isCurve(target)) {
       const k = curveIndex(target), count = session.figure.curves[k].points.length;
-      setFigure(changed(session.figure, (copy) => { copy.curves[k].points.push(place); }));
+      setFigure(changed(session.figure, (copy) => { copy.curves[k].points.push(place); copy.size ??= pictureSize(); }));
       announce(markLabel(session.figure, `c${k}:${count}`));
       return;
     }
-    const next = changed(session.figure, (copy) => { copy.ticks[target].place = place; });
+    const next = changed(session.figure, (copy) => { copy.ticks[target].place = place; copy.size ??= pictureSize(); });
     state.target = nextTarget(next);
     setFigure(next);
     announce(`${markLabel(session.figure, target)}. Type its value.`);
@@ -203,6 +205,7 @@ export async function showFigure(view, { command, compared }) {
         URL.revokeObjectURL(address);
       }
       state.picture = { ...size, isVector: facts.form === "svg" };
+      parts.note.append(...sizeNote(session.figure, pictureSize()));
       refresh();
       stage.fit();
     } catch (error) {
@@ -216,9 +219,15 @@ export async function showFigure(view, { command, compared }) {
   await openPicture();
 }
 
+/** Note that the picture is not the one that was clicked. */
+function sizeNote(figure, size) {
+  const isOther = figure.size && [...TICKS.map((key) => figure.ticks[key].place), ...figure.curves[0].points].some(Boolean) && figure.size.join() !== size.join();
+  return isOther ? [make("p", { className: "box partial", role: "alert" }, `The clicked picture had ${figure.size.join(" × ")} pixels, this one has ${size.join(" × ")}: the file has changed. Click again.`)] : [];
+}
+
 /** Note that a figure has lines that are read without clicks. */
 function linesNote(count, name, page) {
   if (!count) return [];
-  const command = `sigmatau curve ${/[^\w./-]/.test(name) ? `'${name}'` : name}${page ? ` --page ${page}` : ""} --list`;
+  const command = `sigmatau curve ${/[^\w./-]/.test(name) ? `'${name.replaceAll("'", `'\\''`)}'` : name}${page ? ` --page ${page}` : ""} --list`;
   return [make("p", { className: "box partial" }, `This file has ${count === 1 ? "a line" : `${count} lines`} that can be read without clicks, and more exactly: `, make("code", {}, command))];
 }

@@ -159,6 +159,14 @@ def test_a_wrong_click_is_marked(page, picture):
     assert page.post("api/figure/curves", **body).json()["channels"][0]["off"] == [7]
 
 
+def test_a_wrong_unit_has_a_note(page, picture):
+    """deg/h that are clicked as deg/s have more noise than any gyro."""
+    for unit, is_doubted in (("deg/s", True), ("deg/h", False)):
+        answer = page.post("api/figure/curves", **request(picture) | {"unit": unit}).json()
+        (channel,) = answer["channels"]
+        assert any("noisiest gyros" in note for note in channel["table"]["notes"]) == is_doubted
+
+
 def test_points_that_are_too_few_for_a_fit(page, picture):
     """The last ones are above a third of the shortest record."""
     (channel,) = page.post("api/figure/curves", **request(picture, count=8)).json()["channels"]

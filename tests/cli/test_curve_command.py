@@ -164,3 +164,17 @@ def test_a_table_with_other_contents_is_refused(curves, tmp_path, capsys, names,
     file = table(tmp_path / "other.csv", {name: numbers(values) for name, values in columns.items()})
     assert main(["curve", str(file), "--rate", str(RATE), "--hours", str(DURATION / 3600)]) != 0
     assert message in capsys.readouterr().err
+
+
+def test_a_wrong_unit_has_a_warning(curves, tmp_path, capsys):
+    """deg/h that are read as deg/s have more noise than any gyro; the right unit has no finding."""
+    degrees = np.degrees(1) * 3600
+    columns = {"tau": numbers(curves["gyro_x"].tau), "gyro_x adev": numbers(curves["gyro_x"].adev * degrees)}
+    file, path = table(tmp_path / "curve.csv", columns), tmp_path / "curve.json"
+    for unit, codes in (("deg/s", ["beyond_class"]), ("deg/h", [])):
+        args = ["--rate", str(RATE), "--hours", str(DURATION / 3600), "--unit", unit, "--json", str(path)]
+        assert main(["curve", str(file), *args]) == 0
+        assert [finding["code"] for finding in json.loads(path.read_text())["findings"]] == codes
+        lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: gyro_x: noise of")]
+        assert len(lines) == len(codes)
+        assert all(line.endswith("check the unit") for line in lines)

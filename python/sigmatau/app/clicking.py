@@ -28,6 +28,7 @@ from sigmatau.io.read.figure.picture import picture_size
 from sigmatau.io.read.figure.select import check_directions, file_kind, open_figure
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import NOISE
+from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.reporting.content import fitted_rows
 from sigmatau.results import printable
 
@@ -121,7 +122,8 @@ def _axes(stated: Clicks) -> dict[str, Axis]:
 
 def _table(fitted: NoiseFit) -> dict[str, Any]:
     """The coefficients as the page shows those of a result."""
-    reasons = [fitted.reason] if fitted.reason and fitted.is_fitted else []
+    reasons = [f"{finding.message}. {finding.action}" for finding in beyond_class(fitted)]
+    reasons += [fitted.reason] if fitted.reason and fitted.is_fitted else []
     if any(isinstance(reason, TooFewTimes) for reason in fitted.reasons):
         reasons = ["Click further points, below a third of the record. Points within a quarter of an octave count once"]
     return {

@@ -23,12 +23,14 @@ from sigmatau.cli.options import (
 )
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.curve_table import read_curves
+from sigmatau.findings.finding import line as line_of
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.read_off import read_off
 from sigmatau.fitting.to_model import to_models
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import NOISE, check_shown
+from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.typed.pairs import key_values
 
 
@@ -140,11 +142,15 @@ def curve_command(
     if plot is not None:
         with drawing(plot, style, quiet=quiet):
             write_figure(curves.plot(style=style), plot)
+    findings = [] if read_off_ else [finding for fitted in results.values() for finding in beyond_class(fitted)]
+    for finding in findings:
+        say(f"{line_of(finding)}. {finding.action}", quiet=quiet)
     say("info: the record was not seen: rest and disturbances are not checked, and a ramp is not fitted", quiet=quiet)
     text = "\n\n".join(repr(result) for result in results.values())
     channels = {
         name: {"curve": curve.to_dict(), "read_off" if read_off_ else "fit": results[name].to_dict()}
         for name, curve in curves.items()
     }
-    write_result(text, {"sigmatau": __version__, "channels": channels}, json)
+    printed = {"sigmatau": __version__, "channels": channels, "findings": [finding.to_dict() for finding in findings]}
+    write_result(text, printed, json)
     return 0

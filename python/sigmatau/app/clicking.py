@@ -122,7 +122,7 @@ def _axes(stated: Clicks) -> dict[str, Axis]:
 
 def _table(fitted: NoiseFit) -> dict[str, Any]:
     """The coefficients as the page shows those of a result."""
-    reasons = [f"{finding.message}. {finding.action}" for finding in beyond_class(fitted)]
+    reasons = [str(finding) for finding in beyond_class(fitted)]
     reasons += [fitted.reason] if fitted.reason and fitted.is_fitted else []
     if any(isinstance(reason, TooFewTimes) for reason in fitted.reasons):
         reasons = ["Click further points, below a third of the record. Points within a quarter of an octave count once"]

@@ -23,7 +23,6 @@ from sigmatau.cli.options import (
 )
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.curve_table import read_curves
-from sigmatau.findings.finding import line as line_of
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.read_off import read_off
 from sigmatau.fitting.to_model import to_models
@@ -144,7 +143,7 @@ def curve_command(
             write_figure(curves.plot(style=style), plot)
     findings = [] if read_off_ else [finding for fitted in results.values() for finding in beyond_class(fitted)]
     for finding in findings:
-        say(f"{line_of(finding)}. {finding.action}", quiet=quiet)
+        say(str(finding), quiet=quiet)
     say("info: the record was not seen: rest and disturbances are not checked, and a ramp is not fitted", quiet=quiet)
     text = "\n\n".join(repr(result) for result in results.values())
     channels = {

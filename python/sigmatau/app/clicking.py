@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import tempfile
 from collections.abc import Mapping
@@ -54,10 +55,8 @@ def figure_facts(*, log: LogFile, page: int | None, progress: Progress) -> str:
     size = None if kind == "pdf" else picture_size(path)
     lines = 0
     if kind in ("pdf", "svg"):
-        try:
+        with contextlib.suppress(DataError):  # its points can be clicked all the same
             lines = len(open_figure(path, page).candidates)
-        except DataError:  # its points can be clicked all the same
-            lines = 0
     content = {
         "form": "pdf" if size is None else size.form,
         "width": None if size is None else size.width,

@@ -103,9 +103,9 @@ impl Response {
                 .map(|power| (power / self.corner_factor).ln())
                 .collect();
         }
-        let one =
+        let log_power =
             |(k, &x): (usize, &f64)| self.at(x, || at.tangents()[k], || at.sines()[k], || at.cosines()[k]);
-        at.x.iter().enumerate().map(one).collect()
+        at.x.iter().enumerate().map(log_power).collect()
     }
 }
 

@@ -17,8 +17,8 @@ const STEPS: usize = 60;
 const STARTS: [f64; 4] = [0.05, 0.15, 0.3, 0.45];
 const FACTORS: [f64; 2] = [1.0, 6.0];
 
-/// Share of the records of a Gauss-Markov process in which the estimate of the smoothness is below 1/2: 55.8 % of 1600 records of
-/// 90 to 360 correlation times. It tends to one half for long records.
+/// Share of the records of a Gauss-Markov process in which the estimate of the smoothness is below 1/2: 55.8 % of 1600
+/// records of 90 to 360 correlation times. It tends to one half for long records.
 const SHARE_BELOW: f64 = 0.56;
 
 /// Price of a parameter in deviance (Akaike).

@@ -16,7 +16,8 @@ import { text } from "./numbers.js";
 const DELAY = 250; // time without changes after which the curves are computed [ms]
 const PROMPTS = { x1: "Click a tick at the left end of the x axis.", x2: "Click a tick at the right end of the x axis.", y1: "Click a tick at the lower end of the y axis.", y2: "Click a tick at the upper end of the y axis." };
 
-let shown = null; // the step on screen: {refresh}
+let shown = null; // the step on screen: {refresh, fit}
+addEventListener("resize", debounce(() => { if (session.step === "figure") shown?.fit(); }, 200));
 
 /** Update the step after a change of the clicked points, such as an undo. */
 export const figureChanged = () => shown?.refresh();
@@ -35,7 +36,7 @@ export async function showFigure(view, { command, compared }) {
       make("p", { className: "about" }, "Drag a point to move it; arrow keys move it by a pixel of the screen, Delete removes it, Page Up and Page Down go to the next one. Ctrl and wheel zoom, a drag of the picture moves it.")),
     make("div", { className: "figure-side" }, parts.result, make("details", { open: innerWidth > NARROW }, make("summary", {}, "Sensor, unit and record"), settings.element)));
   view.replaceChildren(make("div", { className: "head" }, make("div", {}, make("h1", {}, bdi(session.figure.name)), make("p", { className: "about" }, "Click two ticks of each axis, then points along a curve. The picture stays on this computer."))), parts.note, body);
-  shown = { refresh };
+  shown = { refresh, fit: () => { if (state.picture) stage.fit(); } };
 
   function set(figure, target = state.target) {
     state.target = target;
@@ -215,7 +216,6 @@ export async function showFigure(view, { command, compared }) {
     }
   }
 
-  addEventListener("resize", debounce(() => { if (view.contains(body)) stage.fit(); }, 200));
   await openPicture();
 }
 

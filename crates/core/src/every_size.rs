@@ -51,7 +51,6 @@ use crate::compensated::Sum;
 use crate::parallel::{join, prelude::*};
 use crate::phase::Phase;
 use crate::trend::Trend;
-use correlation::Correlator;
 use std::ops::Range;
 use stretch::{Line, Stretch};
 
@@ -75,11 +74,10 @@ const TRANSFORM_ERROR: f64 = 4.0 * f64::EPSILON;
 /// threads, and neither does the result.
 pub fn sums_of_squares(phase: &Phase, trend: &Trend, points: usize, largest: usize) -> Vec<Option<f64>> {
     let largest = largest.min(points.saturating_sub(DIRECT_TERMS) / 2);
-    let correlator = Correlator::new();
     let mut sums = Vec::new();
     let mut smallest = SMALLEST;
     while smallest <= largest {
-        let group = Group::new(phase, trend, points, smallest, largest, &correlator);
+        let group = Group::new(phase, trend, points, smallest, largest);
         sums.extend(group.trusted());
         smallest = group.sizes.end;
     }
@@ -89,7 +87,6 @@ pub fn sums_of_squares(phase: &Phase, trend: &Trend, points: usize, largest: usi
 /// Cluster sizes that share their blocks.
 struct Group<'a> {
     phase: &'a Phase,
-    correlator: &'a Correlator,
     points: usize,
     sizes: Range<usize>,
     /// Starts j of each block; each is at least four times the largest size, or there is only one.
@@ -108,14 +105,7 @@ struct Part {
 }
 
 impl<'a> Group<'a> {
-    fn new(
-        phase: &'a Phase,
-        trend: &Trend,
-        points: usize,
-        smallest: usize,
-        largest: usize,
-        correlator: &'a Correlator,
-    ) -> Self {
+    fn new(phase: &'a Phase, trend: &Trend, points: usize, smallest: usize, largest: usize) -> Self {
         let length = 16 * smallest;
         // The last block includes the remainder, so it is at least as long as the others.
         let count = (points / length).max(1);
@@ -125,7 +115,7 @@ impl<'a> Group<'a> {
         let reach = 2 * (end - 1);
         let through = |block: &Range<usize>| Line::through(trend, &reached(block, reach, points));
         let lines = blocks.par_iter().map(through).collect();
-        Self { phase, correlator, points, sizes: smallest..end, blocks, lines }
+        Self { phase, points, sizes: smallest..end, blocks, lines }
     }
 
     /// The sums with a sufficiently small error.
@@ -161,7 +151,7 @@ impl<'a> Group<'a> {
         let values = &stretch.values;
         let last = block + 1 == self.blocks.len();
         let (increments, (head, tail)) = join(
-            || increments(values, starts.len(), lags, self.correlator),
+            || increments(values, starts.len(), lags),
             || {
                 join(
                     || (block == 0).then(|| self.head(values)),
@@ -192,7 +182,7 @@ impl<'a> Group<'a> {
     /// Σ_{k<n} (x(k + n) − x(k))², for every size.
     fn head(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.sizes.len()];
-        triangle::head_products(values, self.sizes.start, &mut sums, self.correlator);
+        triangle::head_products(values, self.sizes.start, &mut sums);
         // Each point before 2n is in exactly one of the squares.
         let (before, next) = values.split_at(2 * (self.sizes.start - 1));
         let mut squares = Sum::default();
@@ -236,12 +226,12 @@ fn reached(block: &Range<usize>, reach: usize, points: usize) -> Range<usize> {
 }
 
 /// The sum of (x(j + l) − x(j))² over the first `starts` values, as far as x(j + l) exists, for each l below `lags`.
-fn increments(values: &[f64], starts: usize, lags: usize, correlator: &Correlator) -> Vec<f64> {
+fn increments(values: &[f64], starts: usize, lags: usize) -> Vec<f64> {
     let mut sums = vec![0.0; lags];
     if starts == values.len() {
-        correlator.auto(values, &mut sums);
+        correlation::auto(values, &mut sums);
     } else {
-        correlator.cross(&values[..starts], values, &mut sums);
+        correlation::cross(&values[..starts], values, &mut sums);
     }
     let square = |k: usize| values[k] * values[k];
     let mut squares = Sum::default();

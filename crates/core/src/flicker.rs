@@ -6,8 +6,7 @@
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
-use sigmatau_fft::Complex64;
-use sigmatau_fft::Planner;
+use sigmatau_fft::{Complex64, forward, inverse};
 use std::f64::consts::PI;
 
 /// `n` samples of discrete flicker noise with innovations of standard deviation `b`; see
@@ -18,10 +17,9 @@ pub fn flicker<R: Rng>(n: usize, b: f64, rng: &mut R) -> Vec<f64> {
     }
     let half = embedding_half(n);
     let period = 2 * half;
-    let mut planner = Planner::new();
-    let mut spectrum = draw_spectrum(&circulant_eigenvalues(half, &mut planner), period, rng);
+    let mut spectrum = draw_spectrum(&circulant_eigenvalues(half), period, rng);
 
-    let inverse = planner.inverse(period);
+    let inverse = inverse(period);
     let mut differences = inverse.make_output_vec();
     // Only the lengths and the imaginary parts at both ends can be wrong, and both are correct.
     inverse.process(&mut spectrum, &mut differences).expect("the spectrum has its length and real ends");
@@ -42,8 +40,8 @@ fn autocovariance(lag: usize) -> f64 {
 
 /// Eigenvalues of the circulant matrix of period 2·`half`, whose first row is the autocovariance and its
 /// mirror image.
-fn circulant_eigenvalues(half: usize, planner: &mut Planner) -> Vec<f64> {
-    let forward = planner.forward(2 * half);
+fn circulant_eigenvalues(half: usize) -> Vec<f64> {
+    let forward = forward(2 * half);
     let mut row: Vec<f64> = (0..2 * half).map(|lag| autocovariance(lag.min(2 * half - lag))).collect();
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut row, &mut spectrum).expect("both buffers have the planned length");
@@ -80,9 +78,8 @@ mod tests {
 
     #[test]
     fn eigenvalues_of_the_embedding_are_not_negative() {
-        let mut planner = Planner::new();
         for half in [2, 3, 4, 6, 8, 48, 64, 1 << 12, 3 << 12, 1 << 16] {
-            let least = circulant_eigenvalues(half, &mut planner).into_iter().fold(f64::INFINITY, f64::min);
+            let least = circulant_eigenvalues(half).into_iter().fold(f64::INFINITY, f64::min);
             // The smallest, at zero frequency, is about (4 / π) / (2 half): far above the rounding of the transform.
             assert!(least > 0.0, "half {half}: {least}");
         }

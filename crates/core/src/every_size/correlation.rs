@@ -1,52 +1,39 @@
 //! Sums of products at every lag, by Fourier transforms.
 
 use sigmatau_fft::Complex64;
-use sigmatau_fft::{ComplexToReal, Planner, RealToComplex};
-use std::sync::{Arc, Mutex, PoisonError};
+use sigmatau_fft::{ComplexToReal, RealToComplex};
+use std::sync::Arc;
 
-/// Transforms by length, planned once and shared by all threads.
-pub struct Correlator {
-    planner: Mutex<Planner>,
+/// `sums[l] = Σ_k block[k] window[k + l]`; beyond its end the window is 0.
+///
+/// The error of each sum is a few rounding errors of ‖block‖ ‖window‖, even if the sum is small.
+pub fn cross(block: &[f64], window: &[f64], sums: &mut [f64]) {
+    let length = block.len() + sums.len() - 1;
+    let transform = transform(length);
+    let mut real = vec![0.0; transform.length()];
+    let of_block = transform.forward(block, &mut real);
+    let mut product = transform.forward(&window[..length.min(window.len())], &mut real);
+    for (value, other) in product.iter_mut().zip(of_block) {
+        *value *= other.conj();
+    }
+    transform.inverse(&mut product, &mut real, sums);
 }
 
-impl Correlator {
-    pub fn new() -> Self {
-        Self { planner: Mutex::new(Planner::new()) }
+/// [`cross`] of a block with itself, with one transform fewer.
+pub fn auto(block: &[f64], sums: &mut [f64]) {
+    let transform = transform(block.len() + sums.len() - 1);
+    let mut real = vec![0.0; transform.length()];
+    let mut power = transform.forward(block, &mut real);
+    for value in &mut power {
+        *value = value.norm_sqr().into();
     }
+    transform.inverse(&mut power, &mut real, sums);
+}
 
-    /// `sums[l] = Σ_k block[k] window[k + l]`; beyond its end the window is 0.
-    ///
-    /// The error of each sum is a few rounding errors of ‖block‖ ‖window‖, even if the sum is small.
-    pub fn cross(&self, block: &[f64], window: &[f64], sums: &mut [f64]) {
-        let length = block.len() + sums.len() - 1;
-        let transform = self.transform(length);
-        let mut real = vec![0.0; transform.length()];
-        let of_block = transform.forward(block, &mut real);
-        let mut product = transform.forward(&window[..length.min(window.len())], &mut real);
-        for (value, other) in product.iter_mut().zip(of_block) {
-            *value *= other.conj();
-        }
-        transform.inverse(&mut product, &mut real, sums);
-    }
-
-    /// [`Self::cross`] of a block with itself, with one transform fewer.
-    pub fn auto(&self, block: &[f64], sums: &mut [f64]) {
-        let transform = self.transform(block.len() + sums.len() - 1);
-        let mut real = vec![0.0; transform.length()];
-        let mut power = transform.forward(block, &mut real);
-        for value in &mut power {
-            *value = value.norm_sqr().into();
-        }
-        transform.inverse(&mut power, &mut real, sums);
-    }
-
-    /// A pair of transforms that are long enough for `least` points.
-    fn transform(&self, least: usize) -> Transform {
-        let length = good_length(least);
-        // The map of a planner that panicked in another thread is still valid.
-        let mut planner = self.planner.lock().unwrap_or_else(PoisonError::into_inner);
-        Transform { forward: planner.forward(length), inverse: planner.inverse(length) }
-    }
+/// A pair of transforms that are long enough for `least` points.
+fn transform(least: usize) -> Transform {
+    let length = good_length(least);
+    Transform { forward: sigmatau_fft::forward(length), inverse: sigmatau_fft::inverse(length) }
 }
 
 struct Transform {
@@ -109,13 +96,12 @@ mod tests {
 
     #[test]
     fn sums_of_integers() {
-        let correlator = Correlator::new();
         let values: Vec<f64> = (0..300u32).map(|k| f64::from((k * k * 7919) % 41) - 20.0).collect();
         for (starts, end, lags) in [(1, 1, 1), (100, 300, 200), (100, 150, 200), (300, 300, 300), (7, 300, 3)]
         {
             let (block, window) = (&values[..starts], &values[..end]);
             let mut sums = vec![f64::NAN; lags];
-            correlator.cross(block, window, &mut sums);
+            cross(block, window, &mut sums);
             let direct =
                 |lag: usize| -> f64 { block.iter().zip(&window[lag.min(end)..]).map(|(x, y)| x * y).sum() };
             for (lag, sum) in sums.iter().enumerate() {
@@ -124,7 +110,7 @@ mod tests {
             }
             if starts == end {
                 let mut same = vec![f64::NAN; lags];
-                correlator.auto(block, &mut same);
+                auto(block, &mut same);
                 assert!(sums.iter().zip(same).all(|(a, b)| (a - b).abs() < 1e-9));
             }
         }

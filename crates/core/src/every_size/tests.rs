@@ -106,9 +106,8 @@ fn errors_stay_within_their_bound() {
     for (name, rate) in records(samples) {
         let phase = Phase::from_rate(&rate).unwrap();
         let trend = Trend::new(&phase);
-        let correlator = Correlator::new();
         for (smallest, largest) in [(256, 1023), (1024, 20_000), (5000, 29_000)] {
-            let group = Group::new(&phase, &trend, samples + 1, smallest, largest, &correlator);
+            let group = Group::new(&phase, &trend, samples + 1, smallest, largest);
             let (sums, error, rounding) = group.sums();
             let sizes: Vec<usize> = group.sizes.clone().step_by(97).collect();
             let direct = allan_variance(&phase, &sizes, Overlap::Full, Counting::Standard).unwrap();

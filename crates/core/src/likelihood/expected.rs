@@ -3,7 +3,6 @@
 use crate::matern;
 use crate::special::odd_harmonic;
 use crate::terms::{NOISE_TERMS, Term};
-use sigmatau_fft::Planner;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
 
@@ -358,7 +357,7 @@ fn twice_summed(l: usize) -> f64 {
 /// an additive constant.
 fn mode_variances(lags: &[f64], modes: usize) -> Vec<f64> {
     let m = lags.len();
-    let transform = Planner::new().forward(2 * m);
+    let transform = sigmatau_fft::forward(2 * m);
     let contrast = |l: usize| lags[l] - lags[0];
     let mut input = transform.make_input_vec();
     let mut output = transform.make_output_vec();

@@ -1,7 +1,7 @@
 //! Cosine and sine modes of series, and the modes of curves that the mean of a record may follow.
 
 use crate::likelihood::summary::Summary;
-use sigmatau_fft::{Complex64, Planner};
+use sigmatau_fft::Complex64;
 use std::f64::consts::PI;
 
 impl Summary {
@@ -128,7 +128,7 @@ pub(crate) fn sine_modes(series: &mut [f64], count: usize) -> Vec<f64> {
 fn folded_transform(series: &[f64]) -> Vec<Complex64> {
     let mut folded: Vec<f64> = series.iter().step_by(2).copied().collect();
     folded.extend(series[1..].iter().step_by(2).rev());
-    let transform = Planner::new().forward(series.len());
+    let transform = sigmatau_fft::forward(series.len());
     let mut output = transform.make_output_vec();
     let done = transform.process(&mut folded, &mut output);
     debug_assert!(done.is_ok());

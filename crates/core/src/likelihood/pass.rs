@@ -12,7 +12,7 @@ use crate::likelihood::taper::PARTS;
 use crate::likelihood::taper::{hann, smooth};
 use crate::phase::LARGEST_RATE;
 use sigmatau_fft::Complex64;
-use sigmatau_fft::{Planner, RealToComplex};
+use sigmatau_fft::RealToComplex;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -73,8 +73,7 @@ impl Plan {
         match &*last {
             Some(plan) if plan.taper.len() == segment => Arc::clone(plan),
             _ => {
-                let plan =
-                    Arc::new(Self { taper: hann(segment), transform: Planner::new().forward(segment) });
+                let plan = Arc::new(Self { taper: hann(segment), transform: sigmatau_fft::forward(segment) });
                 *last = Some(Arc::clone(&plan));
                 plan
             }

@@ -13,7 +13,7 @@ use crate::likelihood::masked::windows::TaperSums;
 use crate::likelihood::summary::{MIN_SAMPLES, Summary};
 use crate::likelihood::taper::PARTS;
 use crate::likelihood::taper::{hann, smooth};
-use sigmatau_fft::{Complex64, Planner, RealToComplex};
+use sigmatau_fft::{Complex64, RealToComplex};
 use std::sync::Arc;
 
 /// Smallest number of stretches between two nodes that contain a sample.
@@ -260,7 +260,7 @@ struct Segments {
 impl Segments {
     fn new(samples: usize, length: usize, step: usize, weights: Weights) -> Self {
         let count = (STEPS * samples).div_ceil(length);
-        let transform = Planner::new().forward(length);
+        let transform = sigmatau_fft::forward(length);
         let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
         Self {
             samples,

@@ -6,7 +6,7 @@
 //! Σ q.
 
 use crate::likelihood::taper::smooth;
-use sigmatau_fft::{Complex64, Planner, RealToComplex};
+use sigmatau_fft::{Complex64, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -47,8 +47,7 @@ pub(super) struct TaperSums {
 
 impl TaperSums {
     pub(super) fn new(length: usize, segments: usize, step: usize) -> Self {
-        let mut planner = Planner::new();
-        let (long, short) = (planner.forward(2 * length), planner.forward(length));
+        let (long, short) = (sigmatau_fft::forward(2 * length), sigmatau_fft::forward(length));
         Self {
             length,
             segments,
@@ -150,7 +149,7 @@ impl TaperSums {
 
 /// The first lags of an even series from its spectrum.
 fn lags(spectrum: &[f64], period: usize, count: usize, factor: f64) -> Vec<f64> {
-    let transform = Planner::new().inverse(period);
+    let transform = sigmatau_fft::inverse(period);
     let mut input: Vec<Complex64> = spectrum.iter().map(|&x| Complex64::new(x, 0.0)).collect();
     let mut output = transform.make_output_vec();
     let done = transform.process(&mut input, &mut output);
@@ -160,7 +159,7 @@ fn lags(spectrum: &[f64], period: usize, count: usize, factor: f64) -> Vec<f64> 
 
 /// Σ over positive and negative lags of x(l) cos 2πkl/period, k = 0 … period/2.
 pub(super) fn spectrum(lags: &[f64], period: usize) -> Vec<f64> {
-    let transform = Planner::new().forward(period);
+    let transform = sigmatau_fft::forward(period);
     let mut input = transform.make_input_vec();
     for (l, &x) in lags.iter().enumerate() {
         input[l] += x;
@@ -429,7 +428,6 @@ pub(super) struct LowModes {
 impl LowModes {
     pub(super) fn new(grid: Grid) -> Self {
         let (n, tau0) = (grid.spacing as f64, grid.tau0);
-        let mut planner = Planner::new();
         let period = smooth(POINTS_PER_DISTANCE * grid.count);
         let step = 1.0 / (period as f64 * n * tau0);
         let hats = (0..=period)
@@ -439,8 +437,8 @@ impl LowModes {
                 box_of.powi(4) * cos * cos
             })
             .collect();
-        let short = planner.forward(smooth(2 * grid.count));
-        Self { grid, short, long: planner.forward(period), hats, step }
+        let short = sigmatau_fft::forward(smooth(2 * grid.count));
+        Self { grid, short, long: sigmatau_fft::forward(period), hats, step }
     }
 
     /// The response of a bin with the modes `shapes`; `white` are their Σ w² v².

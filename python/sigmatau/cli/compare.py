@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.declared import Show
+from sigmatau.cli.declared import DeclaredOptions, Show, typed_options
 from sigmatau.cli.options import (
     check_output,
     check_outputs,
@@ -22,7 +22,6 @@ from sigmatau.cli.options import (
     write_figure,
     write_result,
 )
-from sigmatau.cli.settings import Comparing
 from sigmatau.cli.store import Choice, opened
 from sigmatau.cli.turn_on import write_model
 from sigmatau.errors import DataError, OptionError
@@ -37,6 +36,11 @@ from sigmatau.results import csv_text
 _MAX_UNUSED = 10  # largest number of unused results that are listed on the screen
 
 _UNUSABLE = 1
+
+
+@typed_options(CompareOptions)
+class Comparing(DeclaredOptions):
+    """Options of a comparison of runs."""
 
 
 def compare_command(

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from sigmatau._version import __version__
-from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show
+from sigmatau.analysis.options import AnalysisOptions
+from sigmatau.cli.declared import DeclaredOptions, InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, typed_options
 from sigmatau.cli.options import (
     check_outputs,
     check_style,
@@ -18,7 +19,6 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.reading import ReadingOptions, read_log
-from sigmatau.cli.settings import DeviationSettings
 from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind, estimator
 from sigmatau.estimators.noise_identification import identify_noise
@@ -27,6 +27,11 @@ from sigmatau.fitting.tables import deviation_table
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.record.record import channel_quantities
+
+
+@typed_options(AnalysisOptions, only=("taus", "threads"))
+class DeviationSettings(DeclaredOptions):
+    """Options of an analysis that apply to deviations other than Allan's."""
 
 
 def deviation_command(

@@ -12,11 +12,11 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from sigmatau.cli.declared import Flag, InMain, InOutput, MayBeMinus, Quiet
+from sigmatau.analysis.options import AnalysisOptions
+from sigmatau.cli.declared import DeclaredOptions, Flag, InMain, InOutput, MayBeMinus, Quiet, typed_options
 from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import say
 from sigmatau.cli.reading import ReadingOptions
-from sigmatau.cli.settings import FleetSettings
 from sigmatau.cli.store import store_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.folders import skipped_lines
@@ -37,6 +37,11 @@ _BATCH_SECONDS = 5.0  # time after which a smaller number is committed too [s]
 _LISTED = 10  # largest number of errors that are printed
 _DIGITS = re.compile(r"\d+")
 _REPORT = 30.0  # interval between lines of progress without a terminal [s]
+
+
+@typed_options(AnalysisOptions, without=("threads",))
+class FleetSettings(DeclaredOptions):
+    """Options of the analyses of a fleet, whose workers have one thread each."""
 
 
 def fleet_command(

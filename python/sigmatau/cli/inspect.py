@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from sigmatau.cli.declared import InMain, MayBeMinus, Quiet
+from sigmatau.cli.declared import DeclaredOptions, InMain, MayBeMinus, Quiet, typed_options
 from sigmatau.cli.messages import wrapped
 from sigmatau.cli.options import (
     check_outputs,
@@ -14,10 +14,15 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.reading import reading_shown
-from sigmatau.cli.settings import InspectSettings
 from sigmatau.findings.finding import damaged
 from sigmatau.quality.inspection import inspect
+from sigmatau.quality.options import InspectOptions
 from sigmatau.results import lines_text
+
+
+@typed_options(InspectOptions)
+class InspectSettings(DeclaredOptions):
+    """Options of reading, and of the checks that an analysis runs before the fit."""
 
 
 def inspect_command(

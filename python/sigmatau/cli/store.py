@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.declared import Show
+from sigmatau.cli.declared import DeclaredOptions, Show, typed_options
 from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import (
     check_output,
@@ -24,9 +24,9 @@ from sigmatau.cli.options import (
     working,
     write_result,
 )
-from sigmatau.cli.settings import LevelSettings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
+from sigmatau.lab.lots.options import CompareOptions
 from sigmatau.lab.store.keeping import KeepCurves
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import TERMS, check_shown
@@ -71,6 +71,11 @@ Place = Annotated[str | None, Parameter(name="--store")]
 Temperature = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 Json = Annotated[Path | None, Parameter(name="--json", allow_leading_hyphen=True)]
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())]
+
+
+@typed_options(CompareOptions, only=("level",))
+class LevelSettings(DeclaredOptions):
+    """The confidence level of a trend, as in a comparison."""
 
 
 @Parameter(name="*")

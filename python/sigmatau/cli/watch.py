@@ -11,10 +11,10 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from sigmatau.analysis.live import LiveAnalysis
-from sigmatau.cli.declared import InMain, InOutput, MayBeMinus, Quiet, Show
+from sigmatau.analysis.options import AnalysisOptions
+from sigmatau.cli.declared import DeclaredOptions, InMain, InOutput, MayBeMinus, Quiet, Show, typed_options
 from sigmatau.cli.live_source import check_standard_input, live_source
 from sigmatau.cli.options import check_outputs, say, write_figure, write_json
-from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.cli.watch_screen import progress
 from sigmatau.cli.words import check_place
 from sigmatau.errors import DataError, OptionError
@@ -25,6 +25,16 @@ from sigmatau.io.read.options import ReadOptions, check_live_options
 from sigmatau.noise.shown import set_shown
 from sigmatau.quality.selection.time_text import parse_seconds
 from sigmatau.record.record import MIN_SAMPLES
+
+
+@typed_options(AnalysisOptions, only=("at_rest",))
+class WatchSettings(DeclaredOptions):
+    """Options of an analysis that apply to live samples."""
+
+
+@typed_options(ReadOptions, only=("rate", "unit", "channels", "input", "scale", "offset", "skip", "interleaved"))
+class WatchReading(DeclaredOptions):
+    """Options of reading live lines of text."""
 
 
 def watch_command(

@@ -15,7 +15,7 @@ from sigmatau.app.server import MAX_UPLOAD, need_libraries, serve
 from sigmatau.cli.declared import Flag, InMain, Quiet
 from sigmatau.cli.live_source import check_standard_input, live_source
 from sigmatau.cli.options import say
-from sigmatau.cli.settings import WatchReading, WatchSettings
+from sigmatau.cli.watch import WatchReading, WatchSettings
 from sigmatau.cli.words import check_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.follow import BAUD

@@ -13,6 +13,7 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import column_counts
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.record.sampling import GIVEN_RATE, RateSource, Sampling
@@ -439,6 +440,6 @@ class Stream:
 
 def describe_sampling(stream: Stream) -> Sampling:
     """How a stream was sampled, and what is missing."""
-    missing = () if stream.mask is None else tuple(float(share) for share in stream.mask.mean(axis=0))
+    missing = () if stream.mask is None else tuple((column_counts(stream.mask) / stream.grid.n).tolist())
     grid = stream.grid
     return Sampling(channels=stream.channels, n=grid.n, rate=grid.rate, source=grid.source, missing=missing)

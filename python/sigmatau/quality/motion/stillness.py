@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sigmatau.arrays import Bools, Floats, median
+from sigmatau.arrays import Bools, Floats, column_counts, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
 from sigmatau.frozen import frozen
@@ -135,7 +135,7 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
     first = max(round(math.log2(base * stream.grid.tau0 / _SHORTEST)), 0)  # octave of the means of `base` samples
     if stream.grid.n < _MIN_SECONDS * base << max(SECOND - first, 2):
         return ()
-    missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
+    missing = np.zeros(len(stream.channels)) if stream.mask is None else column_counts(stream.mask) / stream.grid.n
     channels = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MAX_MISSING]
     by_channel = in_threads(lambda channel: OctaveMeans(stream, channel, base, first), channels, threads)
     means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant channel is not a measurement

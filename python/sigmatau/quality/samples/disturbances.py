@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.arrays import Bools
+from sigmatau.arrays import Bools, column_counts
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.frozen import frozen
@@ -62,7 +62,7 @@ def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
     for cause, search in CAUSES.items():
         remaining = masked_by(without_errors if cause in _COMPARE_EQUAL else stream, collected)
         for finding, mask in search(remaining):
-            usable = mask is not None and mask.mean(axis=0).max() <= _MAX_LEFT_OUT
+            usable = mask is not None and column_counts(mask).max() <= _MAX_LEFT_OUT * len(mask)
             collected.append(Disturbance(cause, finding, mask if usable else None))
     return tuple(collected)
 
@@ -105,7 +105,7 @@ def without(stream: Stream, *, keep: Iterable[str] = (), spans: Collection[Span]
         if disturbance.mask is None or disturbance.cause in causes:
             findings.append(disturbance.finding)
         else:
-            count = int(np.count_nonzero(disturbance.mask, axis=0).max())
+            count = int(column_counts(disturbance.mask).max())
             findings.append(_left_out(disturbance.finding, count))
     return masked_by(stream, (disturbance for disturbance in disturbed if disturbance.cause not in causes)), findings
 

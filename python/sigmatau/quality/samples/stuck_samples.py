@@ -7,7 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sigmatau.arrays import Bools, Floats, Runs, distinct
+from sigmatau.arrays import Bools, Floats, Runs, column_counts, distinct
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Dropout, StuckSamples
 from sigmatau.quality.facts import channel_fact
@@ -154,7 +154,7 @@ def held(kind: type[Dropout | StuckSamples], stream: Stream, mask: Bools) -> lis
     """Build one finding about the samples of a mask; none if it is empty."""
     if not mask.any():
         return []
-    counts = np.count_nonzero(mask, axis=0)
+    counts = column_counts(mask)
     strongest = int(np.argmax(counts))
     first, lengths = runs_of_places(np.flatnonzero(mask[:, strongest]))
     k = int(np.argmax(lengths))

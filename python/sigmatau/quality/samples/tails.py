@@ -98,12 +98,15 @@ def read_small_spikes(clean: Floats) -> float:
         Samples without the spikes, which are NaN. [any unit]
     """
     squares = _squares(clean)
-    count, total = int(np.isfinite(squares).sum()), float(np.nansum(squares))
+    counts, sums, largest = np.full(len(squares), _MEAN_BLOCK), squares.sum(axis=1), squares.max(axis=1, initial=0.0)
+    torn = np.isnan(sums)
+    counts[torn] = np.isfinite(squares[torn]).sum(axis=1)
+    sums[torn], largest[torn] = np.nansum(squares[torn], axis=1), np.nanmax(squares[torn], axis=1, initial=0.0)
+    count, total = int(counts.sum()), float(sums.sum())
     if not total > 0:
         return 1.0
     usual = total / count
-    largest, sums = np.nanmax(squares, axis=1), np.nansum(squares, axis=1)
-    loud = sums - largest > _QUIET * usual * (np.isfinite(squares).sum(axis=1) - 1)
+    loud = sums - largest > _QUIET * usual * (counts - 1)
     wide = np.concatenate((loud[:1], loud, loud[-1:]))
     small = largest[(largest > _SMALL**2 * usual) & ~(wide[:-2] | loud | wide[2:])]
     by_chance = 2 * count * NormalDist().cdf(-_SMALL)
@@ -115,8 +118,13 @@ def read_small_spikes(clean: Floats) -> float:
 def _squares(x: Floats) -> Floats:
     """Squares of the samples minus the mean of their block, scaled to the variance of the samples; one row per block."""
     blocks = x[: len(x) // _MEAN_BLOCK * _MEAN_BLOCK].reshape(-1, _MEAN_BLOCK)
-    finite = np.isfinite(blocks)
-    count = finite.sum(axis=1)
-    blocks, finite, count = (a[count >= _MIN_PRESENT] for a in (blocks, finite, count))
-    means = np.where(finite, blocks, 0.0).sum(axis=1) / count
-    return np.asarray((blocks - means[:, None]) ** 2 * (count / (count - 1))[:, None])
+    means, factors = blocks.mean(axis=1), np.full(len(blocks), _MEAN_BLOCK / (_MEAN_BLOCK - 1))
+    torn = np.isnan(means)
+    count = np.isfinite(blocks[torn]).sum(axis=1)
+    means[torn] = np.nansum(blocks[torn], axis=1) / np.maximum(count, 1)
+    factors[torn] = count / np.maximum(count - 1, 1)
+    squares = (blocks - means[:, None]) ** 2 * factors[:, None]
+    if (count >= _MIN_PRESENT).all():
+        return np.asarray(squares)
+    torn[torn] = count < _MIN_PRESENT
+    return np.asarray(squares[~torn])

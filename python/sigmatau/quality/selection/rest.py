@@ -6,6 +6,7 @@ after a motion, to within its drift, only the motion is left out: its samples co
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -13,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sigmatau.arrays import Floats
+from sigmatau.arrays import Floats, column_counts
 from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.frozen import frozen
@@ -189,7 +190,11 @@ def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Recor
             continue
         part = _still_part(stream, resting.still, longest)
         streams.append(part)
-        gone = 0.0 if part.mask is None else part.grid.duration * float(part.mask.all(axis=1).mean())
+        gone = (
+            0.0
+            if part.mask is None
+            else part.grid.duration * float(functools.reduce(np.logical_and, part.mask.T).mean())
+        )
         start, stop = part.grid.lead, part.grid.lead + part.grid.duration
         share = (stop - start - gone) / stream.grid.duration
         parts.append(KeptOfStream(stream=stream.name, start=start, stop=stop, left_out=gone, share=share))
@@ -333,5 +338,5 @@ def _is_judged(stream: Stream) -> bool:
 
 
 def _present_length(stream: Stream) -> float:
-    missing = 0.0 if stream.mask is None else float(stream.mask.mean(axis=0).min())
+    missing = 0.0 if stream.mask is None else float(column_counts(stream.mask).min() / stream.grid.n)
     return stream.grid.duration * (1 - missing)

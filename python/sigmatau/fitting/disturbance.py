@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -34,6 +34,7 @@ MAX_BURSTS = 3.0
 _MIN_CLUSTER = 8
 # Smallest number of pairs of clusters. [1] Derived: the ratio then has a standard error of 20 %.
 _BURST_BLOCKS = 256
+_SHORT_SUM = 32  # length of sums below which NumPy is slow
 # Largest number of pairs of clusters. [1] Judgement: limits the time.
 _MAX_BURST_BLOCKS = 2048
 # Longest averaging time of a cluster. [s] Judgement: people and vehicles move faster, and temperature changes more
@@ -118,7 +119,8 @@ def _loudness(x: Floats, m: int, floor: float) -> float:
     """
     count = len(x) // (2 * m)
     blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // _MAX_BURST_BLOCKS)]
-    sizes = np.abs(np.diff(blocks.sum(axis=2), axis=1)).ravel()
+    sums = functools.reduce(np.add, np.moveaxis(blocks, 2, 0)) if m < _SHORT_SUM else blocks.sum(axis=2)
+    sizes = np.abs(sums[:, 1] - sums[:, 0])
     sizes = sizes[np.isfinite(sizes)]
     if len(sizes) < _BURST_BLOCKS:
         return 1.0
@@ -126,7 +128,7 @@ def _loudness(x: Floats, m: int, floor: float) -> float:
     return (loud / median / _normal_loudness(_LOUD_SHARE)) ** 2 if median > max(floor, 0.0) else 1.0
 
 
-@cache
+@functools.cache
 def _normal_loudness(share: float) -> float:
     """Ratio of the loudest absolute values to the median, for normal noise."""
     return float(normal_quantile((1 + share) / 2)) / float(normal_quantile(0.75))

@@ -39,9 +39,12 @@ def light_shocks(stream: Stream) -> list[Burst]:
     """
     if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _MIN_AXES:
         return []
-    rows, axes = np.nonzero(np.stack([spike_mask(stream, channel) for channel in stream.channels], axis=1))
+    places = [np.flatnonzero(spike_mask(stream, channel)) for channel in stream.channels]
+    rows, axes = np.concatenate(places), np.repeat(np.arange(len(places)), [len(each) for each in places])
     if len(rows) < _MIN_SPIKES:
         return []
+    order = np.argsort(rows, kind="stable")
+    rows, axes = rows[order], axes[order]
     tau0 = stream.grid.tau0
     cuts = np.flatnonzero(np.diff(rows) * tau0 > _SPIKE_GAP) + 1
     groups = [

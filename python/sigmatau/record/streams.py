@@ -237,8 +237,10 @@ class Columns:
         """
         t = self.transforms[channel]
         extra = 1 if t.kind == "accumulated" else 0
-        with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
-            x = np.asarray(self.raw[channel][start : stop + extra], dtype=np.float64)
+        x = np.asarray(self.raw[channel][start : stop + extra])
+        if x.dtype != np.float64:
+            with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+                x = x.astype(np.float64)
         if t.kind == "accumulated":
             x = np.diff(x)  # an offset would cancel here
         elif t.offset:

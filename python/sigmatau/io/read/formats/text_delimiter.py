@@ -32,12 +32,15 @@ def find_delimiter(rows: list[Line], with_comments: list[Line]) -> tuple[str | N
     """The delimiter and the number of columns that give the most numbers in rows."""
     best: tuple[int, float] = (0, 0.0)
     choice: tuple[str | None, int] | None = None
+    without_commas = [
+        row for row in rows if len(row.numbers_only() or ()) < 2
+    ]  # several numbers have no other delimiter
     for delimiter in DELIMITERS:
         numbers: dict[int, int] = {}
         fields: dict[int, int] = {}
         trailing: dict[int, int] = {}
         lines: dict[int, int] = {}
-        for row in rows:
+        for row in rows if delimiter == "," else without_commas:
             n, count, open_end = row.numbers(delimiter)
             if not n:
                 continue

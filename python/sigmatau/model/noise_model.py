@@ -421,5 +421,7 @@ def _channel(name: str, model: ChannelModel | Mapping[str, float]) -> ChannelMod
     except DataError as error:
         raise DataError(f"channel {name!r}: {error}") from None
     if quantity is not None and (model.quantity, model.unit) != quantity:
-        raise DataError(f"channel {name!r}: such a name means {quantity[0]} in {quantity[1]}, not {model.unit}")
+        raise DataError(
+            f"channel {name!r}: such a name means {quantity[0]} in {quantity[1]}, not {model.quantity} in {model.unit}"
+        )
     return model

@@ -16,7 +16,7 @@ _SAME_LINE = 0.2  # largest difference of the baselines of a word over the size 
 _RISE = (0.2, 0.9)  # rise of a superscript over the size of the font
 _SMALLER = 0.9  # size of a superscript over that of its base, at most
 _MAX_LETTERS = 24  # of a number
-_MAX_COMPARED = 10_000_000  # pairs of pieces of text. Measured: 5 s
+_MAX_COMPARED = 2_000_000  # pairs of pieces of text, of a page with 20 000 letters in 100 lines. Measured: 1 s
 _BASE_GAP = 1.0  # largest distance of a superscript from the base 10 over the size of the font
 
 _MINUS = str.maketrans(dict.fromkeys("−–‒‐‑﹣－", "-") | {"⋅": "·", "×": "·", "*": "·", " ": ""})

@@ -340,7 +340,7 @@ impl FittedModel {
 
     /// Two-sided density at frequencies.
     fn psd<'py>(&self, py: Python<'py>, f: PyReadonlyArray1<'py, f64>) -> Floats<'py> {
-        Ok(f.as_slice()?.iter().map(|&f| self.0.psd(f)).collect::<Vec<_>>().into_pyarray(py))
+        Ok(self.0.psd(f.as_slice()?).into_pyarray(py))
     }
 
     /// Two-sided density before the filter of the noise on which it acts.

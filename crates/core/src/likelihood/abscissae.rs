@@ -2,7 +2,7 @@
 //! which depend on no parameter. Each table is computed on first use.
 
 use crate::likelihood::bins::Bins;
-use crate::likelihood::running_mean::tapered_neighbours;
+use crate::likelihood::running_mean::{RunningMean, tapered_neighbours};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -44,6 +44,8 @@ pub(crate) struct BinAbscissae {
     high: OnceLock<Abscissae>,
     modes: OnceLock<Abscissae>,
     tapered: OnceLock<Abscissae>,
+    /// The running mean of a record, with |H|² at the low bins and at the points.
+    mean: OnceLock<(RunningMean, (Vec<f64>, Vec<f64>))>,
 }
 
 impl BinAbscissae {
@@ -58,6 +60,26 @@ impl BinAbscissae {
     /// The modes of each low bin in turn.
     pub(crate) fn modes(&self, bins: &Bins) -> &Abscissae {
         self.modes.get_or_init(|| scaled((0..bins.low).flat_map(|bin| bins.frequencies_of_modes(bin)), bins))
+    }
+
+    /// |H|² of a running mean at the low bins and at the points.
+    pub(crate) fn powers_of_mean(&self, mean: RunningMean, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
+        let powers = || {
+            let spacing = bins.record.frequency(1);
+            let low =
+                (0..bins.low).map(|bin| bins.mean_of_modes(bin, |f| mean.log_power(f).exp()).ln().exp());
+            let high = bins.fine_points.iter().map(|point| {
+                let f = point.frequency;
+                // With missing samples, the matrix includes the smearing by the taper.
+                let log = if bins.leaks() { mean.log_power(f) } else { mean.log_measured_power(f, spacing) };
+                log.exp()
+            });
+            (low.collect(), high.collect())
+        };
+        match self.mean.get_or_init(|| (mean, powers())) {
+            (stored, found) if *stored == mean => found.clone(),
+            _ => powers(),
+        }
     }
 
     /// Three for each point.

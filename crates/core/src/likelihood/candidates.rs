@@ -3,8 +3,8 @@
 
 use crate::likelihood::bins::{Bins, MAX_FILTER};
 use crate::likelihood::expected::Part;
-use crate::likelihood::fit::Fit;
-use crate::likelihood::linear::{Symmetric, dot};
+use crate::likelihood::fit::{Fit, information};
+use crate::likelihood::linear::{Symmetric, dot, dots};
 
 /// Numbers per decade of correlation times and of resonances in the dictionary.
 const TIMES_PER_DECADE: f64 = 6.0;
@@ -79,17 +79,10 @@ impl Scores {
             .collect();
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
         let excess = fit.excess();
-        let mut information = Symmetric::zero(slopes.len());
-        for i in 0..slopes.len() {
-            for j in 0..=i {
-                let sum: f64 = (0..bins.len()).map(|b| 0.5 * weights[b] * slopes[i][b] * slopes[j][b]).sum();
-                information.set(i, j, sum);
-            }
-        }
-        let information = fit.with_levels(information);
+        let information = fit.with_levels(information(&slopes, &weights));
         let inverse = information.pseudo_inverse();
         let pull: Vec<f64> = weights.iter().zip(&excess).map(|(w, e)| 0.5 * w * e).collect();
-        let gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
+        let gradient = dots(&slopes, &pull);
         let step = inverse.times(&gradient);
         let gain = dot(&gradient, &step);
         let response = fit.model.response_means(bins);
@@ -104,7 +97,7 @@ impl Scores {
             .collect();
         let weighted: Vec<f64> = relative.iter().zip(&self.weights).map(|(u, w)| 0.5 * w * u).collect();
         let own = dot(&relative, &weighted);
-        let shared: Vec<f64> = self.slopes.iter().map(|c| dot(c, &weighted)).collect();
+        let shared = dots(&self.slopes, &weighted);
         let pull = dot(&weighted, &self.excess) - dot(&shared, &self.step);
         let left = (own - dot(&shared, &self.inverse.times(&shared))).max(MIN_INFORMATION_SHARE * own);
         if pull > 0.0 { pull * pull / left } else { 0.0 }
@@ -127,16 +120,8 @@ impl Scores {
         for k in present..wanted {
             columns.push(bins.cosine_means(k));
         }
-        let n = columns.len();
-        let mut information = Symmetric::zero(n);
-        for i in 0..n {
-            let weighted: Vec<f64> = columns[i].iter().zip(&self.weights).map(|(c, w)| 0.5 * w * c).collect();
-            for (j, other) in columns.iter().enumerate().take(i + 1) {
-                information.set(i, j, dot(&weighted, other));
-            }
-        }
         let pull: Vec<f64> = self.weights.iter().zip(&self.excess).map(|(w, e)| 0.5 * w * e).collect();
-        let gradient: Vec<f64> = columns.iter().map(|c| dot(c, &pull)).collect();
-        dot(&gradient, &information.pseudo_inverse().times(&gradient)) - self.gain
+        let gradient = dots(&columns, &pull);
+        dot(&gradient, &information(&columns, &self.weights).pseudo_inverse().times(&gradient)) - self.gain
     }
 }

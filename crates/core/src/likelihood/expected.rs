@@ -3,6 +3,7 @@
 use crate::matern;
 use crate::special::odd_harmonic;
 use crate::terms::{NOISE_TERMS, Term};
+use pulp::Arch;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
 
@@ -169,6 +170,7 @@ pub(crate) struct MarkovModes {
 }
 
 impl MarkovModes {
+    #[inline]
     pub(crate) fn density(&self, at: &ModePoint) -> f64 {
         let &Self { own, next, q, tail, m, length } = self;
         // z = q·e^{iθ}; sums of z^l and l·z^l.
@@ -205,6 +207,7 @@ fn divide(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 }
 
 /// S = 2 g f² / π / ((f² − f₀²)² + 4 g² f²), which has unit variance and is 0 at the frequency 0.
+#[inline]
 pub(crate) fn resonance(centre: f64, width: f64, f: f64) -> f64 {
     let square = f * f;
     2.0 * width * square / PI / ((square - centre * centre).powi(2) + 4.0 * width * width * square)
@@ -268,6 +271,7 @@ impl MarkovDensity {
         Self { above: tau0 * lost * (1.0 + p), square: lost * lost, slope: 4.0 * p }
     }
 
+    #[inline]
     fn at(&self, point: &FinePoint) -> f64 {
         self.above / (self.square + self.slope * point.square)
     }
@@ -282,11 +286,10 @@ fn matern_densities(time: f64, smoothness: f64, tau0: f64) -> impl Iterator<Item
 
 /// Densities of a part of unit amplitude at some points; factors that depend only on the part are computed once.
 pub(crate) fn fine_densities(part: Part, points: &[FinePoint], tau0: f64, densities: &mut [f64]) {
-    let pairs = densities.iter_mut().zip(points);
     match part {
         Part::GaussMarkov { time } => {
             let process = MarkovDensity::new(time, tau0);
-            pairs.for_each(|(density, point)| *density = process.at(point));
+            evaluate(densities, points, |point| process.at(point));
         }
         Part::Matern { time, smoothness } => {
             densities.fill(0.0);
@@ -297,10 +300,18 @@ pub(crate) fn fine_densities(part: Part, points: &[FinePoint], tau0: f64, densit
             }
         }
         Part::Resonance { frequency, width } => {
-            pairs.for_each(|(density, point)| *density = resonance(frequency, width, point.frequency));
+            evaluate(densities, points, |point| resonance(frequency, width, point.frequency));
         }
-        _ => pairs.for_each(|(density, point)| *density = point.density(part, tau0)),
+        _ => evaluate(densities, points, |point| point.density(part, tau0)),
     }
+}
+
+/// Evaluates a function at some points, several side by side if the function has no branches.
+pub(crate) fn evaluate<T>(values: &mut [f64], points: &[T], function: impl Fn(&T) -> f64) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || values.iter_mut().zip(points).for_each(|(value, point)| *value = function(point)),
+    );
 }
 
 type Kept = Mutex<Vec<((usize, usize), Arc<Vec<f64>>)>>;

@@ -1,6 +1,7 @@
 //! A filter that was fitted to the spectrum: its response, its name, the interval of its corner, and its equivalent in a
 //! model.
 
+use crate::likelihood::abscissae::Abscissae;
 use crate::likelihood::filter_shapes::{Family, Shape};
 use crate::likelihood::running_mean::RunningMean;
 use crate::psd::{avar_of_density, band_limited_sampled};
@@ -212,21 +213,40 @@ impl FittedFilter {
         self.log_power(f).exp()
     }
 
+    /// [`Self::power`] at many frequencies. \[Hz\]
+    #[must_use]
+    pub(crate) fn powers(&self, frequencies: &[f64]) -> Vec<f64> {
+        match self.named_shape() {
+            Some(shape) if self.coefficients.is_empty() => {
+                let at = Abscissae::new(frequencies.iter().map(|f| f * self.tau0).collect());
+                shape.response().log_powers(&at).into_iter().map(f64::exp).collect()
+            }
+            _ => frequencies.iter().map(|&f| self.power(f)).collect(),
+        }
+    }
+
     fn log_power(&self, f: f64) -> f64 {
         let Some(known_to) = self.known_to.filter(|&known_to| f > known_to) else {
             return logarithm(&self.coefficients, f * self.interval);
         };
+        match self.named_shape() {
+            Some(shape) => shape.log_power(f * self.tau0),
+            None => (UNUSED_POWER * (known_to / f).powi(2)).ln(),
+        }
+    }
+
+    /// The shape above the frequencies of the fit; None if it is not a named one.
+    fn named_shape(&self) -> Option<Shape> {
         let corner = self.corner.map_or(f64::NAN, |[value, ..]| value) * self.tau0;
-        let shape = match (self.shape, self.order) {
+        Some(match (self.shape, self.order) {
             (FilterShape::Butterworth, Some(order)) if self.analog => Shape::Folded { order, corner },
             (FilterShape::Butterworth, Some(order)) => Shape::Digital { order, corner },
             (FilterShape::TwoPoles, _) => Shape::two_poles(corner, self.damping.unwrap_or(FRAC_1_SQRT_2)),
             (FilterShape::Means, Some(stages)) => Shape::means(corner, stages),
             (FilterShape::Smoothing, _) => Shape::Smoothing { corner },
             (FilterShape::RunningMean, Some(length)) => Shape::RunningMean { length },
-            _ => return (UNUSED_POWER * (known_to / f).powi(2)).ln(),
-        };
-        shape.log_power(f * self.tau0)
+            _ => return None,
+        })
     }
 
     /// Reduction of the Allan variances by the filter, for noise with a given density before it. [(rate unit)²]

@@ -1,6 +1,7 @@
 //! Named shapes of filters: ln |H|² at frequencies times the sample interval, and similarity to a fitted filter.
 
 use crate::likelihood::abscissae::Abscissae;
+use pulp::Arch;
 use std::f64::consts::{LN_2, PI};
 
 /// Highest order of Butterworth filters, and longest running mean, that are compared.
@@ -113,21 +114,28 @@ impl Response {
 /// vectorised: the fits of filters spend most of their time here.
 fn folded(order: u32, corner: f64, x: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; x.len()];
-    for image in (-IMAGES..=IMAGES).map(f64::from) {
-        match order {
-            1 => add_image::<2>(&mut sums, x, image, corner),
-            2 => add_image::<4>(&mut sums, x, image, corner),
-            3 => add_image::<6>(&mut sums, x, image, corner),
-            4 => add_image::<8>(&mut sums, x, image, corner),
-            5 => add_image::<10>(&mut sums, x, image, corner),
-            HIGHEST_FITTED => add_image::<12>(&mut sums, x, image, corner),
-            _ => unreachable!("order {order}"),
-        }
-    }
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for image in (-IMAGES..=IMAGES).map(f64::from) {
+                match order {
+                    1 => add_image::<2>(&mut sums, x, image, corner),
+                    2 => add_image::<4>(&mut sums, x, image, corner),
+                    3 => add_image::<6>(&mut sums, x, image, corner),
+                    4 => add_image::<8>(&mut sums, x, image, corner),
+                    5 => add_image::<10>(&mut sums, x, image, corner),
+                    HIGHEST_FITTED => add_image::<12>(&mut sums, x, image, corner),
+                    _ => unreachable!("order {order}"),
+                }
+            }
+        },
+    );
     sums
 }
 
 /// Adds the power of one image of an analog Butterworth filter, with twice its order as a constant.
+#[inline(always)]
+#[allow(clippy::inline_always)] // Inlined into a function that is compiled for the processor.
 fn add_image<const EXPONENT: i32>(sums: &mut [f64], x: &[f64], image: f64, corner: f64) {
     for (sum, x) in sums.iter_mut().zip(x) {
         *sum += 1.0 / (1.0 + ((x + image) / corner).powi(EXPONENT));

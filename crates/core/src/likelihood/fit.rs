@@ -2,7 +2,7 @@
 
 use crate::likelihood::bins::{Bins, MAX_FILTER, Products};
 use crate::likelihood::expected::{Part, TERMS};
-use crate::likelihood::linear::{Symmetric, bounded_step, dot};
+use crate::likelihood::linear::{Symmetric, bounded_step, dots};
 use crate::likelihood::model::{Model, Shape};
 use crate::likelihood::power_law::EXPONENTS;
 use crate::likelihood::regression::regressed;
@@ -69,11 +69,11 @@ impl Model {
             columns.iter().map(|c| c.iter().zip(&weights).map(|(c, w)| c * w).collect()).collect();
         let target: Vec<f64> = powers.iter().zip(&weights).map(|(p, w)| p * w).collect();
         for i in 0..n {
-            for j in 0..=i {
-                squares.set(i, j, dot(&weighted[i], &weighted[j]));
+            for (j, product) in dots(&weighted[..=i], &weighted[i]).into_iter().enumerate() {
+                squares.set(i, j, product);
             }
         }
-        let right: Vec<f64> = weighted.iter().map(|c| dot(c, &target)).collect();
+        let right = dots(&weighted, &target);
         let found = bounded_step(&squares, &right, &vec![0.0; n], &vec![false; n]);
         let scale = squares.scales();
         self.theta = found.iter().zip(&scale).map(|(x, s)| x.max(1e-12 / s)).collect();
@@ -109,7 +109,7 @@ impl Model {
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
         let (spectrum, mut slopes) = self.with_slopes(bins);
         let mut fit = Fit::of(self, spectrum, bins, products, &weights);
-        for _ in 0..steps {
+        for remaining in (0..steps).rev() {
             let step = fit.step(&slopes, &weights, bins);
             let mut length = 1.0;
             let mut better = None;
@@ -126,7 +126,7 @@ impl Model {
             let Some((next, evaluated)) = better else { break };
             let gain = fit.deviance - next.deviance;
             fit = next;
-            if gain < tolerance {
+            if gain < tolerance || remaining == 0 {
                 break;
             }
             slopes = fit.model.slopes(bins, &fit.spectrum, evaluated);
@@ -233,7 +233,7 @@ impl Fit {
         let excess = self.excess();
         let mut pull: Vec<f64> = excess.iter().zip(weights).map(|(e, nu)| 0.5 * nu * e).collect();
         pull.iter_mut().zip(&self.leverage).for_each(|(p, h)| *p += 0.5 * h);
-        let mut gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
+        let mut gradient = dots(slopes, &pull);
         let (n, q) = (self.model.parts.len(), self.model.filter.len());
         let shapes = self.model.shapes();
         let first = n + q + shapes.len();
@@ -297,12 +297,12 @@ fn leaves_range(part: Part, shape: Shape, step: f64, bins: &Bins) -> bool {
 }
 
 /// Half of `JᵀνJ`.
-fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
+pub(crate) fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
     let mut found = Symmetric::zero(slopes.len());
-    for i in 0..slopes.len() {
-        let weighted: Vec<f64> = slopes[i].iter().zip(weights).map(|(c, nu)| 0.5 * nu * c).collect();
-        for (j, other) in slopes.iter().enumerate().take(i + 1) {
-            found.set(i, j, dot(&weighted, other));
+    for (i, column) in slopes.iter().enumerate() {
+        let weighted: Vec<f64> = column.iter().zip(weights).map(|(c, nu)| 0.5 * nu * c).collect();
+        for (j, product) in dots(&slopes[..=i], &weighted).into_iter().enumerate() {
+            found.set(i, j, product);
         }
     }
     found

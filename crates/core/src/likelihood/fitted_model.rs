@@ -117,14 +117,20 @@ impl FittedModel {
         }
     }
 
-    /// Two-sided density after the filter; lines, ramp and warm-up have none. [(rate unit)²/Hz]
+    /// Two-sided densities after the filter; lines, ramp and warm-up have none. [(rate unit)²/Hz]
     #[must_use]
-    pub fn psd(&self, f: f64) -> f64 {
-        let power = self.filter.as_ref().map_or(1.0, |filter| filter.power(f));
-        let filtered = self.psd_that_is_filtered(f);
-        filtered * power
-            + (self.psd_before_filter(f) - filtered)
-            + psd::quantization_sampled(self.coefficient(Term::Quantization), self.tau0, f)
+    pub fn psd(&self, frequencies: &[f64]) -> Vec<f64> {
+        let ones = || vec![1.0; frequencies.len()];
+        let powers = self.filter.as_ref().map_or_else(ones, |filter| filter.powers(frequencies));
+        let of_white = self.filter.as_ref().is_some_and(|filter| filter.of_white);
+        let white = psd::random_walk(self.coefficient(Term::RandomWalk));
+        let quantization = self.coefficient(Term::Quantization);
+        let density = |(&f, power): (&f64, f64)| {
+            let all = self.psd_before_filter(f);
+            let filtered = if of_white { white } else { all };
+            filtered * power + (all - filtered) + psd::quantization_sampled(quantization, self.tau0, f)
+        };
+        frequencies.iter().zip(powers).map(density).collect()
     }
 
     /// Contribution of the drift A e^(−t/T) to the overlapped Allan variance: the mean over the pairs of clusters of
@@ -174,7 +180,7 @@ pub(crate) mod tests {
             ..white(0.01)
         };
         let sizes = [1, 3, 10];
-        let expected = psd::avar_of_density(|f| model.psd(f), 200_000, 0.01, &sizes);
+        let expected = psd::avar_of_density(|f| model.psd(&[f])[0], 200_000, 0.01, &sizes);
         for (avar, expected) in model.avar(&sizes).iter().zip(expected) {
             // The integral of the rate random walk's density begins at half a step.
             assert!((avar / expected - 1.0).abs() < 1e-3, "{avar} instead of {expected}");

@@ -5,6 +5,9 @@ use pulp::{Arch, Simd, WithSimd};
 /// Number that is added to the diagonal of a scaled information matrix, so that interchangeable parameters have a step.
 const RIDGE: f64 = 1e-9;
 
+/// Number of rows or columns whose products are computed together, so that their sums do not wait for each other.
+const ROWS: usize = 4;
+
 /// Share of the largest eigenvalue below which an eigenvalue counts as 0.
 const NEGLIGIBLE: f64 = 1e-10;
 
@@ -46,6 +49,12 @@ impl Symmetric {
 
     /// The pseudo-inverse, computed from the matrix scaled to a unit diagonal.
     pub(crate) fn pseudo_inverse(&self) -> Self {
+        self.inverse_and_log_determinant().0
+    }
+
+    /// The pseudo-inverse, and the logarithm of the determinant; for a singular matrix, of the product of its scaled
+    /// eigenvalues above rounding.
+    pub(crate) fn inverse_and_log_determinant(&self) -> (Self, f64) {
         let n = self.order;
         let (scale, scaled) = self.scaled();
         let (values, vectors) = scaled.eigen();
@@ -60,15 +69,8 @@ impl Symmetric {
                 inverse.set(i, j, sum / (scale[i] * scale[j]));
             }
         }
-        inverse
-    }
-
-    /// Logarithm of the determinant; for a singular matrix, of the product of its scaled eigenvalues above rounding.
-    pub(crate) fn log_determinant(&self) -> f64 {
-        let (scale, scaled) = self.scaled();
-        let (values, _) = scaled.eigen();
         let eigen: f64 = values.iter().map(|v| v.max(1e-14).ln()).sum();
-        eigen + scale.iter().map(|s| 2.0 * s.ln()).sum::<f64>()
+        (inverse, eigen + scale.iter().map(|s| 2.0 * s.ln()).sum::<f64>())
     }
 
     pub(crate) fn times(&self, x: &[f64]) -> Vec<f64> {
@@ -130,6 +132,23 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// [`dot`] of each column and a vector. The sums of some columns are computed together, so that they do not wait for each
+/// other.
+pub(crate) fn dots(columns: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
+    let mut found = Vec::with_capacity(columns.len());
+    for group in columns.chunks(ROWS) {
+        // If fewer columns remain, the last one is repeated.
+        let group_columns: [&[f64]; ROWS] =
+            std::array::from_fn(|k| &group[k.min(group.len() - 1)][..x.len()]);
+        let mut sums = [0.0; ROWS];
+        for (i, x) in x.iter().enumerate() {
+            sums.iter_mut().zip(group_columns).for_each(|(sum, column)| *sum += column[i] * x);
+        }
+        found.extend_from_slice(&sums[..group.len()]);
+    }
+    found
+}
+
 /// Product of a matrix, in row order, and a vector.
 pub(crate) fn products(rows: &[f64], x: &[f64]) -> Vec<f64> {
     let mut found = vec![0.0; rows.len() / x.len()];
@@ -142,9 +161,6 @@ struct Products<'a> {
     x: &'a [f64],
     found: &'a mut [f64],
 }
-
-/// Number of rows that are computed together, so that their sums do not wait for each other.
-const ROWS: usize = 4;
 
 impl WithSimd for Products<'_> {
     type Output = ();
@@ -280,13 +296,13 @@ mod tests {
     #[test]
     fn inverse_and_determinant() {
         let f = matrix(3, &[4.0, 1.0, 0.5, 1.0, 3.0, 0.2, 0.5, 0.2, 2.0]);
-        let inverse = f.pseudo_inverse();
+        let (inverse, log_determinant) = f.inverse_and_log_determinant();
         for i in 0..3 {
             let unit: Vec<f64> = (0..3).map(|j| f64::from(u8::from(i == j))).collect();
             let back = f.times(&inverse.times(&unit));
             assert!(back.iter().zip(&unit).all(|(a, b)| (a - b).abs() < 1e-12), "{back:?}");
         }
         let determinant: f64 = 4.0 * (6.0 - 0.04) - (2.0 - 0.1) + 0.5 * (0.2 - 1.5);
-        assert!((f.log_determinant() - determinant.ln()).abs() < 1e-12);
+        assert!((log_determinant - determinant.ln()).abs() < 1e-12);
     }
 }

@@ -100,9 +100,14 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     }
     let reference: Vec<f64> = match &record.masked {
         Some(masked) => through_mask(bins, model, masked, first..last),
-        None => (first..last).map(|k| model.density(record.frequency(k), bins)).collect(),
+        None => model.densities(&frequencies(record, first..last), bins),
     };
     standing_out(record, mask, &reference, 1.0)
+}
+
+/// Frequencies of some densities. \[Hz\]
+fn frequencies(record: &Summary, range: std::ops::Range<usize>) -> Vec<f64> {
+    range.map(|k| record.frequency(k)).collect()
 }
 
 /// Expected densities with missing samples: terms with the effect of the mask, and processes; the effects of a filter and
@@ -117,8 +122,8 @@ fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Ra
     }
     let seen = masked.densities(&terms);
     let first = range.start;
-    let mut reference: Vec<f64> =
-        range.map(|k| seen[k] + processes.density(bins.record.frequency(k), bins)).collect();
+    let mut reference = processes.densities(&frequencies(bins.record, range.clone()), bins);
+    reference.iter_mut().zip(&seen[range]).for_each(|(density, term)| *density += term);
     if bins.ranges.is_empty() {
         return reference;
     }

@@ -38,7 +38,7 @@ pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) 
             squares.set(i, j, squares.get(i, j) * scale[i] * scale[j] + prior);
         }
     }
-    let mut covariance = squares.pseudo_inverse();
+    let (mut covariance, restricted) = squares.inverse_and_log_determinant();
     let mut beta = covariance.times(&right);
     let ends = |i: &usize| products.ends[*i];
     let squares_of_ends: f64 = (0..n).filter(ends).map(|i| beta[i] * beta[i]).sum();
@@ -53,7 +53,6 @@ pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) 
     }
     let taken = |(bin, (_, own)): (usize, (&[f64], &[f64]))| dot(&covariance.at, own) / spectrum[bin];
     let leverage = bins.enumerate().map(taken).collect();
-    let restricted = squares.log_determinant();
     Regressed { beta, covariance, restricted, squares_of_ends, leverage, slope_of_ends: vec![slope_of_ends] }
 }
 

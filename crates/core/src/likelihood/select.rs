@@ -205,10 +205,12 @@ pub(crate) fn cost(fit: &Fit) -> f64 {
 /// The fit with a Gauss-Markov process in addition to the terms or in place of some, whichever gains most.
 fn with_process(fit: Fit, bins: &Bins) -> Fit {
     let mut chosen: Option<(f64, Fit)> = None;
+    let [walk, flicker] = [Part::Term(Term::RateRandomWalk), Part::Term(Term::BiasInstability)];
+    let needed: Vec<Part> = [walk, flicker].into_iter().filter(|&part| is_needed(&fit, part, bins)).collect();
     for replaced in REPLACED {
         // A process in addition to the rate random walk is always tested.
-        let always = *replaced == [Part::Term(Term::RateRandomWalk)];
-        if !always && !replaced.iter().all(|&part| is_needed(&fit, part, bins)) {
+        let always = *replaced == [walk];
+        if !always && !replaced.iter().all(|part| needed.contains(part)) {
             continue;
         }
         let Some(found) = best(&fit, bins, replaced) else { continue };
@@ -216,7 +218,7 @@ fn with_process(fit: Fit, bins: &Bins) -> Fit {
         if !always && replaced.iter().any(|&part| is_needed(&found, part, bins)) {
             continue;
         }
-        let exchanged = replaced.iter().filter(|&&part| is_needed(&fit, part, bins)).count();
+        let exchanged = replaced.iter().filter(|part| needed.contains(part)).count();
         let price = (PRICE_OF_PROCESS - PRICE_REDUCTION * exchanged as f64).max(MIN_PRICE);
         let worth = fit.deviance - found.deviance - price;
         if worth > chosen.as_ref().map_or(0.0, |(most, _)| *most) {

@@ -2,13 +2,14 @@
 
 use crate::likelihood::abscissae::Abscissae;
 use crate::likelihood::bins::{Bins, Column};
-use crate::likelihood::expected::{FinePoint, Part};
+use crate::likelihood::expected::{FinePoint, Part, fine_densities};
 use crate::likelihood::filter_shapes;
 use crate::likelihood::model::{Model, Shape};
-use crate::likelihood::running_mean::{RunningMean, tapered_power};
+use crate::likelihood::running_mean::tapered_power;
 use crate::matern::SMOOTHNESS;
 use crate::terms::Term;
 use std::borrow::Cow;
+use std::f64::consts::PI;
 
 /// Change of a parameter of a filter of known shape for its derivative, and the ln |H|² that stands for |H|² = 0.
 const PARAMETER_STEP: f64 = 0.005;
@@ -35,17 +36,18 @@ pub(crate) struct Evaluated<'a> {
 impl Model {
     /// |H|² at the low bins and at the points of the others; None without a filter.
     fn response(&self, bins: &Bins) -> Option<(Vec<f64>, Vec<f64>)> {
-        if self.filter.is_empty() && self.mean.is_none() {
+        if let Some(mean) = self.mean {
+            debug_assert!(self.filter.is_empty()); // a mean is the only filter
+            return Some(bins.abscissae.powers_of_mean(mean, bins));
+        }
+        if self.filter.is_empty() {
             return None;
         }
         if let Some(family) = self.family {
             return Some(responses(family.shape(&self.filter), bins));
         }
-        let response = |cosines: &[Vec<f64>], log_mean: &dyn Fn(RunningMean, usize) -> f64| {
+        let response = |cosines: &[Vec<f64>]| {
             let mut sum = vec![0.0; cosines[0].len()];
-            if let Some(mean) = self.mean {
-                sum.iter_mut().enumerate().for_each(|(i, s)| *s = log_mean(mean, i));
-            }
             for (a, cosine) in self.filter.iter().zip(cosines) {
                 sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
             }
@@ -54,15 +56,7 @@ impl Model {
             }
             sum
         };
-        let spacing = bins.record.frequency(1);
-        let low =
-            response(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.log_power(f).exp()).ln());
-        let high = response(&bins.cosines_high, &|mean, i| {
-            let f = bins.fine_points[i].frequency;
-            // With missing samples, the matrix includes the smearing by the taper.
-            if bins.leaks() { mean.log_power(f) } else { mean.log_measured_power(f, spacing) }
-        });
-        Some((low, high))
+        Some((response(&bins.cosines_low), response(&bins.cosines_high)))
     }
 
     /// Derivatives of ln |H|² with respect to the parameters of the filter, at the low bins and at the points.
@@ -99,16 +93,6 @@ impl Model {
             None => vec![1.0; bins.len()],
             Some((low, high)) => bins.response_means(&low, &high),
         }
-    }
-
-    /// |H|² at a frequency, with the interval of the filter's cosines. [Hz, s]
-    pub(crate) fn response_at(&self, f: f64, interval: f64) -> f64 {
-        if let Some(family) = self.family {
-            return family.shape(&self.filter).log_power(f * interval).exp();
-        }
-        let angle = 2.0 * std::f64::consts::PI * f * interval;
-        let sum: f64 = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0)).sum();
-        sum.exp()
     }
 
     /// Expected densities by bin.
@@ -284,23 +268,45 @@ impl Model {
         spacing as f64 * bins.record.tau0
     }
 
-    /// Density at a frequency of the periodogram. \[Hz\]
-    pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
+    /// Densities at frequencies of the periodogram. \[Hz\]
+    pub(crate) fn densities(&self, frequencies: &[f64], bins: &Bins) -> Vec<f64> {
         let record = bins.record;
-        let point = FinePoint::new(f, record.tau0, record.segment);
-        let log_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
-        let response = self.response_at(f, self.interval(bins)) * log_mean.exp();
-        let filtered = |(&part, &theta): (&Part, &f64)| {
-            let density = theta * point.density(part, record.tau0);
-            match part {
-                Part::Term(Term::Quantization) if record.masked.is_none() => {
-                    density + theta * bins.mirrored_density(f)
-                }
-                _ if self.filters(part) => density * response,
-                _ => density,
+        let point = |&f: &f64| FinePoint::new(f, record.tau0, record.segment);
+        let points: Vec<FinePoint> = frequencies.iter().map(point).collect();
+        let mut response = self.response_at(frequencies, self.interval(bins));
+        if let Some(mean) = self.mean {
+            let spacing = record.frequency(1);
+            let powers = frequencies.iter().map(|&f| mean.log_tapered_power(f, spacing).exp());
+            response.iter_mut().zip(powers).for_each(|(h, power)| *h *= power);
+        }
+        let (mut total, mut densities) = (vec![0.0; points.len()], vec![0.0; points.len()]);
+        for (&part, &theta) in self.parts.iter().zip(&self.theta) {
+            fine_densities(part, &points, record.tau0, &mut densities);
+            densities.iter_mut().for_each(|density| *density *= theta);
+            if part == Part::Term(Term::Quantization) && record.masked.is_none() {
+                let mirrored = frequencies.iter().map(|&f| theta * bins.mirrored_density(f));
+                densities.iter_mut().zip(mirrored).for_each(|(density, added)| *density += added);
+            } else if self.filters(part) {
+                densities.iter_mut().zip(&response).for_each(|(density, h)| *density *= h);
             }
+            add(&mut total, &densities, 1.0);
+        }
+        total
+    }
+
+    /// |H|² of the filter at some frequencies, with the interval of its cosines. [Hz, s]
+    fn response_at(&self, frequencies: &[f64], interval: f64) -> Vec<f64> {
+        if let Some(family) = self.family {
+            let at = Abscissae::new(frequencies.iter().map(|f| f * interval).collect());
+            let log_powers = family.shape(&self.filter).response().log_powers(&at);
+            return log_powers.into_iter().map(f64::exp).collect();
+        }
+        let response = |f: &f64| {
+            let angle = 2.0 * PI * f * interval;
+            let cosines = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0));
+            cosines.sum::<f64>().exp()
         };
-        self.parts.iter().zip(&self.theta).map(filtered).sum()
+        frequencies.iter().map(response).collect()
     }
 }
 

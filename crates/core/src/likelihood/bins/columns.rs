@@ -1,7 +1,7 @@
 //! Densities of the parts of a model in the bins.
 
 use crate::likelihood::bins::{Bins, Column, POINTS};
-use crate::likelihood::expected::{ModePoint, Part, fine_densities, flicker_modes};
+use crate::likelihood::expected::{ModePoint, Part, evaluate, fine_densities, flicker_modes, resonance};
 use crate::likelihood::linear::products;
 use crate::likelihood::power_law::Mixture;
 use crate::terms::Term;
@@ -120,6 +120,8 @@ impl Bins<'_> {
         } else if let Part::Matern { time, smoothness } = part {
             let mixture = Mixture::matern(smoothness, time, self.record.tau0);
             self.mode_means(column, mixture.at_modes(blocks));
+        } else if let Part::Resonance { frequency, width } = part {
+            self.mode_means(column, |point| resonance(frequency, width, point.frequency));
         } else {
             self.mode_means(column, |point| blocks.density(part, point));
         }
@@ -140,9 +142,11 @@ impl Bins<'_> {
     }
 
     fn mode_means(&self, column: &mut Column, density: impl Fn(&ModePoint) -> f64) {
+        let mut densities = vec![0.0; self.mode_points.len()];
+        evaluate(&mut densities, &self.mode_points, density);
         for (slot, pair) in column.low.iter_mut().zip(self.mode_starts.windows(2)) {
-            let points = &self.mode_points[pair[0]..pair[1]];
-            *slot = points.iter().map(&density).sum::<f64>() / points.len() as f64;
+            let inside = &densities[pair[0]..pair[1]];
+            *slot = inside.iter().sum::<f64>() / inside.len() as f64;
         }
     }
 }

@@ -44,7 +44,7 @@ from sigmatau.record import memory
 from sigmatau.record.mask import Exclusion, channel_masks, excluded_from
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Provenance, Record, TemperatureRange
-from sigmatau.record.streams import Stream, describe_sampling
+from sigmatau.record.streams import Stream, converted, describe_sampling
 from sigmatau.results import ByChannel
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def choose(state: State) -> State:
         findings += chosen
         excluded += excluded_from(before, record, "window")
     if options.long != "strided":
-        record = replace(record, streams=loaded(record.streams, options.threads))
+        record = replace(record, streams=converted(loaded(record.streams, options.threads)))
     return replace(state, record=record, findings=tuple(findings), excluded=tuple(excluded))
 
 

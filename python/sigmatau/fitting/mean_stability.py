@@ -17,7 +17,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from statistics import NormalDist
 from typing import Any, NamedTuple
@@ -150,8 +150,7 @@ def _interval(value: float, fitted: NoiseFit, m: int, n: int) -> tuple[float | N
         return None, None, None
     tail = (1 - fitted.level) / 2
     lows, highs, freedoms = [], [], []
-    for model in _models(fitted):
-        powers, drifts = mode_powers(model, m, n)
+    for powers, drifts in mode_powers(tuple(_models(fitted)), m, n):
         total, noise = float((powers + drifts).sum()), float(powers.sum())
         if not (total > 0 and noise > 0):
             return None, None, None
@@ -178,26 +177,29 @@ def _models(fitted: NoiseFit) -> Iterator[NoiseFit]:
                 yield replace(fitted, model={**fitted.model, name: end})
 
 
-def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
-    """Expected powers of the modes 1 … n − 1 of `n` means of `m` samples for the fitted model: of its noise, and of its
+def mode_powers(models: Sequence[NoiseFit], m: int, n: int) -> list[tuple[Floats, Floats]]:
+    """Expected powers of the modes 1 … n − 1 of `n` means of `m` samples for models of one record: of the noise, and of the
     deterministic parts (ramp, warm-up, lines). [(rate unit)²]
     """
-    span = m * fitted.tau0
+    tau0 = models[0].tau0
+    span = m * tau0
     f = np.arange(1, n) / (2 * n * span)
-    half = 0.5 / fitted.tau0
+    half = 0.5 / tau0
     beyond = min((_ALIASES + 1) / span, half)
     aliases = np.arange(-_ALIASES, _ALIASES + 1)[:, np.newaxis] / span
-    powers = np.empty(n - 1)
+    powers = np.empty((len(models), n - 1))
     for first in range(0, n - 1, _MODES_AT_ONCE):
         part = slice(first, first + _MODES_AT_ONCE)
         shifted = f[part] + aliases
         gain = np.sinc(shifted * span) ** 2
+        rest = np.maximum(1 - gain.sum(axis=0), 0.0)
         # The spectrum of the samples repeats, and is even.
-        folded = np.abs(shifted - np.round(shifted * fitted.tau0) / fitted.tau0)
-        densities = fitted.psd(np.append(np.clip(folded, f[0], half), beyond))
-        density, white_rest = densities[:-1].reshape(gain.shape), densities[-1]
-        powers[part] = (gain * density).sum(axis=0) + np.maximum(1 - gain.sum(axis=0), 0.0) * white_rest
-    return powers / span, _drifts(fitted, span, n)
+        folded = np.abs(shifted - np.round(shifted * tau0) / tau0)
+        frequencies = np.append(np.clip(folded, f[0], half), beyond)
+        for row, model in zip(powers, models, strict=True):
+            densities = model.psd(frequencies)
+            row[part] = (gain * densities[:-1].reshape(gain.shape)).sum(axis=0) + rest * densities[-1]
+    return [(row / span, _drifts(model, span, n)) for row, model in zip(powers, models, strict=True)]
 
 
 def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:

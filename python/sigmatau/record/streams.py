@@ -29,6 +29,10 @@ PLAUSIBLE_RATES = (0.01, 5e4)
 CHUNK = 1 << 16
 """Default number of samples of a chunk."""
 
+# Largest size of the rates of a record that are in memory beside the numbers of its log. [bytes] Judgement: three hours of
+# six axes at 400 Hz; an analysis of them takes more.
+_MAX_CONVERTED = 1 << 28
+
 
 def check_rate(rate: Any) -> float:  # noqa: ANN401  of the user
     """A sampling rate; raises `OptionError`. [Hz]"""
@@ -175,12 +179,15 @@ class Columns:
     missing : ndarray of bool, shape (n, n_channels), or None
         True for rates that are treated as missing although the log has a number. It masks rates, because an accumulated
         value is part of two rates. The numbers of the log are not changed.
+    rates : tuple of ndarray, shape (n,), or None
+        The converted numbers, so that they are not converted in every `read`; see `converted`. [unit of the stream, SI]
     """
 
     raw: tuple[NDArray[Any], ...]
     transforms: tuple[Transform, ...]
     tau0: float
     missing: NDArray[np.bool_] | None = None
+    rates: tuple[NDArray[np.float64], ...] | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         lost = 1 if self.transforms[0].kind == "accumulated" else 0
@@ -235,6 +242,11 @@ class Columns:
         ndarray, shape (stop - start,)
             [unit of the stream, SI]
         """
+        x = self._convert(channel, start, stop) if self.rates is None else self.rates[channel][start:stop]
+        return x if self.missing is None else np.where(self.missing[start:stop, channel], np.nan, x)
+
+    def _convert(self, channel: int, start: int, stop: int) -> NDArray[np.float64]:
+        """Convert the numbers of the log to rates in SI."""
         t = self.transforms[channel]
         extra = 1 if t.kind == "accumulated" else 0
         x = np.asarray(self.raw[channel][start : stop + extra])
@@ -248,13 +260,23 @@ class Columns:
         factor = t.scale * t.factor
         if t.kind != "rate":
             factor /= self.tau0
-        if factor != 1.0:
-            x = x * factor
-        if self.missing is None:
-            return x
-        x = x.copy() if np.may_share_memory(x, self.raw[channel]) else x
-        np.copyto(x, np.nan, where=self.missing[start:stop, channel])
-        return x
+        return x if factor == 1.0 else x * factor
+
+
+def converted(streams: Sequence[Stream]) -> tuple[Stream, ...]:
+    """Convert the numbers of small streams in memory, which an analysis reads many times; others are converted when read."""
+    size = sum(8 * stream.grid.n * len(stream.channels) for stream in streams)
+    in_memory = all(isinstance(raw, np.ndarray) for stream in streams for raw in stream.samples.raw)
+    if size > _MAX_CONVERTED or not in_memory:
+        return tuple(streams)
+
+    def with_conversion(samples: Columns) -> Columns:
+        rates = [samples._convert(k, 0, len(samples)) for k in range(len(samples.raw))]
+        for column in rates:
+            column.flags.writeable = False
+        return replace(samples, rates=tuple(rates))
+
+    return tuple(replace(stream, samples=with_conversion(stream.samples)) for stream in streams)
 
 
 @frozen(eq=False)
@@ -400,6 +422,7 @@ class Stream:
             raw=tuple(self.samples.raw[k] for k in places),
             transforms=tuple(self.samples.transforms[k] for k in places),
             missing=None if self.samples.missing is None else self.samples.missing[:, places],
+            rates=None if self.samples.rates is None else tuple(self.samples.rates[k] for k in places),
         )
         mask = None if self.mask is None else self.mask[:, places]
         missing = mask is not None and bool(mask.any())
@@ -420,12 +443,13 @@ class Stream:
         extra = 1 if self.samples.transforms[0].kind == "accumulated" else 0
         raw = tuple(r[start : stop + extra] for r in self.samples.raw)
         missing = None if self.samples.missing is None else self.samples.missing[start:stop]
+        rates = None if self.samples.rates is None else tuple(x[start:stop] for x in self.samples.rates)
         before = start * self.grid.tau0
         grid = replace(self.grid, n=stop - start, start=self.grid.start + before, lead=self.grid.lead + before)
         mask = None if self.mask is None else self.mask[start:stop]
         return replace(
             self,
-            samples=replace(self.samples, raw=raw, missing=missing),
+            samples=replace(self.samples, raw=raw, missing=missing, rates=rates),
             grid=grid,
             mask=mask if mask is not None and mask.any() else None,
         )

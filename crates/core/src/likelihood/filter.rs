@@ -216,10 +216,10 @@ impl FittedFilter {
     /// [`Self::power`] at many frequencies. \[Hz\]
     #[must_use]
     pub(crate) fn powers(&self, frequencies: &[f64]) -> Vec<f64> {
-        match self.named_shape() {
-            Some(shape) if self.coefficients.is_empty() => {
-                let at = Abscissae::new(frequencies.iter().map(|f| f * self.tau0).collect());
-                shape.response().log_powers(&at).into_iter().map(f64::exp).collect()
+        match (self.known_to, self.named_shape()) {
+            (Some(known_to), Some(shape)) if frequencies.iter().all(|&f| f > known_to) => {
+                let abscissae = Abscissae::new(frequencies.iter().map(|f| f * self.tau0).collect());
+                shape.response().log_powers(&abscissae).into_iter().map(f64::exp).collect()
             }
             _ => frequencies.iter().map(|&f| self.power(f)).collect(),
         }

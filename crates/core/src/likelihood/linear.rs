@@ -135,7 +135,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// [`dot`] of each column and a vector. The sums of some columns are computed together, so that they do not wait for each
 /// other.
 pub(crate) fn dots(columns: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
-    let mut found = Vec::with_capacity(columns.len());
+    let mut sums_of_columns = Vec::with_capacity(columns.len());
     for group in columns.chunks(ROWS) {
         // If fewer columns remain, the last one is repeated.
         let group_columns: [&[f64]; ROWS] =
@@ -144,9 +144,9 @@ pub(crate) fn dots(columns: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
         for (i, x) in x.iter().enumerate() {
             sums.iter_mut().zip(group_columns).for_each(|(sum, column)| *sum += column[i] * x);
         }
-        found.extend_from_slice(&sums[..group.len()]);
+        sums_of_columns.extend_from_slice(&sums[..group.len()]);
     }
-    found
+    sums_of_columns
 }
 
 /// Product of a matrix, in row order, and a vector.

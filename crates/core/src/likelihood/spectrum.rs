@@ -297,8 +297,8 @@ impl Model {
     /// |H|² of the filter at some frequencies, with the interval of its cosines. [Hz, s]
     fn response_at(&self, frequencies: &[f64], interval: f64) -> Vec<f64> {
         if let Some(family) = self.family {
-            let at = Abscissae::new(frequencies.iter().map(|f| f * interval).collect());
-            let log_powers = family.shape(&self.filter).response().log_powers(&at);
+            let abscissae = Abscissae::new(frequencies.iter().map(|f| f * interval).collect());
+            let log_powers = family.shape(&self.filter).response().log_powers(&abscissae);
             return log_powers.into_iter().map(f64::exp).collect();
         }
         let response = |f: &f64| {

@@ -30,13 +30,16 @@ impl Bins<'_> {
         let mut with_record = Vec::with_capacity(self.low * count);
         for pair in self.edges.windows(2) {
             let inside = &self.used_modes[pair[0]..pair[1]];
-            for &i in used {
-                let own = &self.regressors[i].modes;
-                for &j in used {
-                    let other = &self.regressors[j].modes;
-                    squares.push(inside.iter().map(|&k| own[k] * other[k]).sum());
+            let first = squares.len();
+            squares.resize(first + count * count, 0.0);
+            for (i, regressor) in used.iter().enumerate() {
+                let modes = &self.regressors[*regressor].modes;
+                for (j, second) in used[..=i].iter().enumerate() {
+                    let second = &self.regressors[*second].modes;
+                    let product = inside.iter().map(|&k| modes[k] * second[k]).sum();
+                    (squares[first + i * count + j], squares[first + j * count + i]) = (product, product);
                 }
-                with_record.push(inside.iter().map(|&k| own[k] * self.record.modes[k]).sum());
+                with_record.push(inside.iter().map(|&k| modes[k] * self.record.modes[k]).sum());
             }
         }
         let ends = used.iter().map(|k| ENDS.contains(k)).collect();

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from studies.gaps import MASKS, MIXTURES, N, analysed, missing, truth_of
+from scipy.signal import lfilter
+from studies.gaps import FILTERS, MASKS, MIXTURES, SETTLING, N, analysed, missing, truth_of
 from studies.samples import simulated
 
 from known import seed_of
@@ -51,6 +52,19 @@ def test_images_of_low_frequencies_are_no_lines():
         found = analysed(y, missing("second", 0.5, N, rng), 1.0)
         assert not found.sinusoid
         assert found.verdict != "widened"
+
+
+def test_flicker_noise_in_front_of_a_mean_stays_in_front():
+    """Both models have the same information: before, the noise was behind the mean in one of eight records, and B was 0."""
+    rng = np.random.default_rng(seed_of("flicker noise in front of a mean"))
+    truth = MIXTURES["N B K"].truth
+    for _ in range(12):
+        y = simulated(N + SETTLING, 1.0, dict(truth), seed=int(rng.integers(1 << 62)))
+        y = np.ascontiguousarray(lfilter(*FILTERS["mean of 8"], y)[SETTLING:])
+        found = analysed(y, missing(*MASKS["4 gaps of 5 %"], N, rng), 1.0)
+        assert found.response.order == 8
+        assert not found.response.of_white
+        assert dict(found.terms)["bias_instability"].profile.high > 0.8 * truth["bias_instability"]
 
 
 def recorded(case, absent, **coefficients):

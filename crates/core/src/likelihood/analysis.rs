@@ -112,7 +112,18 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
         attempt(record, mask.clone(), lines.clone(), &regressors, options, (None, Some((mean, of_white))))
     };
     let (of_all, of_white) = (attempt_with(false, mean), attempt_with(true, without_floor));
-    let total = |attempt: &Attempt| cost(&attempt.fit) + prices(&attempt.fit, &attempt.bins);
+    // With missing samples, each fit determines how much information the mask leaves. The deviance is proportional to it, and
+    // is comparable for the same information only.
+    let information = of_all.bins.information.min(of_white.bins.information);
+    let total = |Attempt { bins, fit, .. }: &Attempt| {
+        if bins.information <= information {
+            return cost(fit) + prices(fit, bins);
+        }
+        let mut bins = bins.clone();
+        bins.inform(information);
+        let fit = fit.model.clone().fit(&bins);
+        cost(&fit) + prices(&fit, &bins)
+    };
     let better = match of_white.lines.len().cmp(&of_all.lines.len()) {
         Ordering::Less => true,
         Ordering::Equal => {

@@ -57,6 +57,8 @@ pub(crate) struct Bins<'a> {
     pub freedom_alone: Vec<f64>,
     /// Share of the degrees of freedom that remains after a running mean, which makes the densities in a bin unequal.
     evenness: Vec<f64>,
+    /// Share of the information of a complete record for which the degrees of freedom are set.
+    pub information: f64,
     /// Largest number of degrees of freedom, if a discrepancy limits it.
     pub cap: Vec<f64>,
     /// Median density of the periodogram's bins.
@@ -203,6 +205,7 @@ impl Bins<'_> {
 
     /// Sets the degrees of freedom of the bins of the periodogram for a share of the information of a complete record.
     pub(crate) fn inform(&mut self, share: f64) {
+        self.information = share;
         let record = self.record;
         let shares = self.evenness[self.low..].iter().map(|left| share * left);
         for ((freedom, &(start, stop)), share) in

@@ -95,6 +95,16 @@ pub(crate) fn other_families(fit: &Fit, bins: &Bins, rise: f64) -> Vec<Fit> {
     found
 }
 
+/// With missing samples, the fit with slow noise on the other side of a running mean, if it raises the deviance by at most
+/// `rise`. The zeros of a complete record show the side.
+pub(crate) fn other_side_of_mean(fit: &Fit, bins: &Bins, rise: f64) -> Option<Fit> {
+    if !bins.leaks() {
+        return None;
+    }
+    let model = Model { of_white: !fit.model.of_white, ..fit.model.clone() };
+    Some(model.refit(bins, STEPS, TOLERANCE, fit)).filter(|tried| tried.deviance <= fit.deviance + rise)
+}
+
 /// The fit of a model, unless a few steps show that it is far from the best.
 fn fit_unless_hopeless(
     model: Model,

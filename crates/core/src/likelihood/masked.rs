@@ -4,8 +4,11 @@
 //! a periodogram by those of segments with zeros for missing samples. The mask determines the expectation of both: exactly
 //! for the terms, and for any other density by a matrix from cells of frequency to bins.
 
+mod cells;
 mod differences;
 mod expected;
+#[cfg(test)]
+mod filtered_tests;
 mod mask;
 mod nodes;
 mod pass;

@@ -5,7 +5,7 @@ use crate::likelihood::bins::{Bins, MAX_FILTER};
 use crate::likelihood::candidates::{Dictionary, Scores};
 use crate::likelihood::exchange::{REPLACED, beside, best};
 use crate::likelihood::expected::Part;
-use crate::likelihood::filters::{best_of_families, other_families};
+use crate::likelihood::filters::{best_of_families, other_families, other_side_of_mean};
 use crate::likelihood::fit::{Fit, TOLERANCE, time_limits};
 use crate::likelihood::model::Model;
 use crate::likelihood::slow_lines::{add_lines, prices, without_idle_lines};
@@ -400,6 +400,8 @@ pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed, show
     let present = fit.model.filter.len();
     if fit.model.family.is_some() {
         found.extend(other_families(fit, bins, ALIKE_FILTER));
+    } else if fit.model.mean.is_some() {
+        found.extend(other_side_of_mean(fit, bins, ALIKE_FILTER));
     } else if allowed.filter && present > 0 {
         for count in present + 1..=(present + OTHER_ORDERS).min(MAX_FILTER) {
             found.push(added(fit, bins, Addition::Filter(count)).1);

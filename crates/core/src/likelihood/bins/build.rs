@@ -95,6 +95,7 @@ impl<'a> Bins<'a> {
             cosines_high: Arc::new(cosines(&at_points, interval)),
             cap: vec![f64::INFINITY; frequency.len()],
             evenness: vec![1.0; frequency.len()],
+            information: record.masked.as_ref().map_or(1.0, |masked| masked.share(record.samples)),
             used_modes,
             edges,
             low_power,

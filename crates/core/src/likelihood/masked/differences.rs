@@ -13,8 +13,10 @@ const MAX_STEP: usize = 8;
 /// Share of the pairs of the best step above which a shorter step is preferred.
 const MIN_SHARE_OF_PAIRS: f64 = 0.5;
 
-/// Largest ratio of gains in a piece of a bin, within which the gain is treated as constant.
-const MAX_GAIN_RATIO: f64 = 1.1;
+/// Largest ratio of gains in a piece of a bin, within which the gain is treated as constant. The weights of the frequencies
+/// in the piece are wrong by up to half of it, which matters where a filter changes in a bin. Measured: with 1.1, densities
+/// beside the zeros of a running mean are up to 1 % wrong, with 1.03 up to 0.2 %.
+const MAX_GAIN_RATIO: f64 = 1.03;
 
 /// Differences of samples, and whether the segments contain them instead of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,7 +117,7 @@ mod tests {
         let adjacent = Differences { step: 1, used: true };
         let gains = adjacent.gains(256);
         let pieces = adjacent.pieces(&[(8, 12), (60, 64)], &gains);
-        assert_eq!(pieces, [(8, 9), (9, 10), (10, 11), (11, 12), (60, 64)]);
+        assert_eq!(pieces, [(8, 9), (9, 10), (10, 11), (11, 12), (60, 62), (62, 64)]);
         assert_eq!(Differences { used: false, ..adjacent }.pieces(&[(8, 12)], &gains), [(8, 12)]);
     }
 }

@@ -2,9 +2,10 @@
 
 use crate::likelihood::bins::{high_ranges, low_edges};
 use crate::likelihood::expected::{Part, TERMS};
+use crate::likelihood::masked::cells::Cells;
 use crate::likelihood::masked::mask::{MaskSums, Masked};
 use crate::likelihood::masked::nodes::StringModes;
-use crate::likelihood::masked::windows::{Cells, Grid, LowModes, LowWindow, Windows};
+use crate::likelihood::masked::windows::{Grid, LowModes, LowWindow, Windows};
 use crate::likelihood::summary::Summary;
 use crate::special::odd_harmonic;
 use crate::terms::Term;

@@ -1,9 +1,11 @@
 //! Properties of a mask that the likelihood needs.
 
+use crate::likelihood::masked::cells::Cells;
 use crate::likelihood::masked::differences::Differences;
 use crate::likelihood::masked::nodes::StringModes;
-use crate::likelihood::masked::windows::{Cells, Windows};
+use crate::likelihood::masked::windows::{Piece, Windows};
 use crate::likelihood::taper::PARTS;
+use crate::terms::Term;
 
 /// Smallest number of neighbouring pairs that distinguishes quantization noise from random walk.
 pub(super) const MIN_PAIRS: usize = 100;
@@ -110,29 +112,36 @@ impl Masked {
     /// Weights of the cells between the edges in the mean density of some stretches, with samples or differences in the
     /// segments.
     fn row(&self, stretches: &[(usize, usize)], edges: &[f64], row: &mut [f64]) {
-        if !self.seen.differences.used {
-            return self.windows.row(stretches, edges, row);
-        }
         let count: usize = stretches.iter().map(|(a, b)| b - a).sum();
-        let mut of_piece = vec![0.0; row.len()];
-        row.fill(0.0);
-        for (a, b) in self.seen.differences.pieces(stretches, &self.seen.gains) {
-            self.windows.row(&[(a, b)], edges, &mut of_piece);
-            let weight = self.seen.gains[a..b].iter().map(|gain| 1.0 / gain).sum::<f64>() / count as f64;
-            row.iter_mut().zip(&of_piece).for_each(|(sum, x)| *sum += weight * x);
-        }
+        let pieces = self.seen.differences.pieces(stretches, &self.seen.gains);
+        let weighted = |(start, stop): (usize, usize)| {
+            let gains = &self.seen.gains[start..stop];
+            let mean = gains.iter().map(|gain| 1.0 / gain).sum::<f64>() / gains.len() as f64;
+            Piece { start, stop, weight: mean / count as f64 }
+        };
+        self.windows.row(&pieces.into_iter().map(weighted).collect::<Vec<_>>(), edges, row);
     }
 
-    /// Weights of the cells in all bins, in row order.
+    /// Weights of the cells in all bins, in row order. The rows of the periodogram have the sum of white noise, whose density
+    /// is exact: where a filter leaves little, the density is the difference of that without the filter and the part that the
+    /// filter removes, and an error of the sum would be as large.
     pub(crate) fn matrix(&self, stretches: &[Vec<(usize, usize)>], spacing: f64) -> Vec<f64> {
         let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();
         let gains: Vec<f64> = self.cells.centres.iter().map(|&f| self.gain(f, spacing)).collect();
         let width = self.cells.centres.len();
         let mut matrix = self.low_rows.clone();
         matrix.resize(matrix.len() + stretches.len() * width, 0.0);
-        for (row, of) in matrix[self.low_rows.len()..].chunks_exact_mut(width).zip(stretches) {
+        let white = self.column(Term::RandomWalk.index(), stretches);
+        let white = &white[self.low_rows.len() / width..];
+        for ((row, of), white) in
+            matrix[self.low_rows.len()..].chunks_exact_mut(width).zip(stretches).zip(white)
+        {
             self.row(of, &edges, row);
             row.iter_mut().zip(&gains).for_each(|(x, gain)| *x *= gain);
+            let scale = white / row.iter().sum::<f64>();
+            for x in row {
+                *x *= scale;
+            }
         }
         matrix
     }

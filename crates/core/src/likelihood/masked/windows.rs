@@ -5,6 +5,7 @@
 //! corrects the total power. A, A₁ and A₂ are the sums over the segments of w ⋆ w, q (w ⋆ w)/H² and (w ⋆ w²)/H, divided by
 //! Σ q.
 
+use crate::likelihood::masked::cells::Cells;
 use crate::likelihood::taper::smooth;
 use sigmatau_fft::{Complex64, RealToComplex};
 use std::f64::consts::PI;
@@ -12,13 +13,6 @@ use std::sync::Arc;
 
 /// Number of points of the window of a density per distance of two densities.
 const POINTS_PER_DISTANCE: usize = 8;
-
-/// Number of cells per bin of the periodogram, and per decade below the periodogram.
-const IN_BIN: usize = 4;
-const PER_DECADE: f64 = 48.0;
-
-/// Lowest cell edge, in cycles in the record.
-const LOWEST_EDGE: f64 = 0.02;
 
 /// Sums over the segments of a pass.
 pub(super) struct TaperSums {
@@ -222,32 +216,44 @@ impl Windows {
         weights
     }
 
-    /// Weights of the cells in the mean of the densities of some stretches.
-    pub(crate) fn row(&self, stretches: &[(usize, usize)], edges: &[f64], row: &mut [f64]) {
-        let count: usize = stretches.iter().map(|(a, b)| b - a).sum();
-        let zero: f64 = stretches.iter().flat_map(|&(a, b)| &self.at_zero[a..b]).sum::<f64>() / count as f64;
-        let whole = (POINTS_PER_DISTANCE * self.length) as f64;
-        row.fill(0.0);
+    /// Weights of the cells between the edges in a weighted sum of densities.
+    pub(crate) fn row(&self, pieces: &[Piece], edges: &[f64], row: &mut [f64]) {
+        let points = POINTS_PER_DISTANCE as f64;
+        let mut zero = 0.0;
+        // The window of a piece is the difference of two sums: at the common end of two pieces, their weights are subtracted.
+        let mut ends: Vec<(usize, f64)> = Vec::with_capacity(pieces.len() + 1);
+        for &Piece { start, stop, weight } in pieces {
+            zero += weight * self.at_zero[start..stop].iter().sum::<f64>();
+            match ends.last_mut() {
+                Some((end, weights)) if *end == start => *weights -= weight,
+                _ => ends.push((start, -weight)),
+            }
+            ends.push((stop, weight));
+        }
+        let fine: Vec<f64> = edges.iter().map(|e| e * points).collect();
         let mut below = vec![0.0; edges.len()];
-        let fine: Vec<f64> = edges.iter().map(|e| e * POINTS_PER_DISTANCE as f64).collect();
-        for &(a, b) in stretches {
-            let (low, high) = (
-                (POINTS_PER_DISTANCE * a) as f64 - POINTS_PER_DISTANCE as f64,
-                (POINTS_PER_DISTANCE * b) as f64 - POINTS_PER_DISTANCE as f64,
-            );
+        for (end, weight) in ends {
+            let last = points * (end as f64 - 1.0);
             for (slot, e) in below.iter_mut().zip(&fine) {
-                *slot += self.sums.integral_to(high + e)
-                    - self.sums.integral_to(low + e)
-                    - self.sums.integral_to(high - e)
-                    + self.sums.integral_to(low - e);
+                *slot += weight * (self.sums.integral_to(last + e) - self.sums.integral_to(last - e));
             }
         }
-        let level: Vec<f64> = fine.iter().map(|&e| self.level_sums.integral_to(e)).collect();
-        for (i, slot) in row.iter_mut().enumerate() {
-            *slot =
-                ((below[i + 1] - below[i]) / count as f64 + 2.0 * zero * (level[i + 1] - level[i])) / whole;
+        for (slot, &e) in below.iter_mut().zip(&fine) {
+            *slot += 2.0 * zero * self.level_sums.integral_to(e);
+        }
+        let whole = points * self.length as f64;
+        for (slot, pair) in row.iter_mut().zip(below.windows(2)) {
+            *slot = (pair[1] - pair[0]) / whole;
         }
     }
+}
+
+/// Neighbouring densities with the same weight in a sum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Piece {
+    pub start: usize,
+    pub stop: usize,
+    pub weight: f64,
 }
 
 /// Integral of an even periodic step function whose points are in the middle of the steps.
@@ -295,56 +301,6 @@ impl Running {
         let u = x - self.first as f64 + 0.5;
         let i = (u as usize).min(self.sums.len() - 2);
         self.sums[i] + (self.sums[i + 1] - self.sums[i]) * (u - i as f64)
-    }
-}
-
-/// Cells of frequency, within which a density counts as constant for its leakage to other frequencies.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Cells {
-    /// Edges from 0 to half the rate. \[Hz\]
-    pub edges: Vec<f64>,
-    /// Frequencies at which a density is evaluated: geometric means of the edges, at which 1/f² has its mean. \[Hz\]
-    pub centres: Vec<f64>,
-}
-
-impl Cells {
-    /// The cell of a frequency. \[Hz\]
-    pub(crate) fn cell_of(&self, frequency: f64) -> usize {
-        self.edges.partition_point(|&e| e <= frequency).clamp(1, self.centres.len()) - 1
-    }
-
-    /// \[Hz\]
-    pub(crate) fn width(&self, cell: usize) -> f64 {
-        self.edges[cell + 1] - self.edges[cell]
-    }
-
-    /// Quarters of the bins of the periodogram, where `ranges` are their densities at multiples of `spacing`, and
-    /// logarithmic steps below.
-    pub(super) fn new(
-        ranges: &[(usize, usize)],
-        length: usize,
-        spacing: f64,
-        duration: f64,
-        highest_mode: f64,
-    ) -> Self {
-        let first = ranges.first().map_or(0.5 * length as f64, |r| r.0 as f64 - 0.5) * spacing;
-        // The modes need finer cells than the densities, because the density is steeper there.
-        let first = first.max(highest_mode * 10_f64.powf(2.0 / PER_DECADE));
-        let lowest = LOWEST_EDGE / duration;
-        let count = (PER_DECADE * (first / lowest).log10()).ceil().max(1.0);
-        let mut edges = vec![0.0];
-        edges.extend((0..=count as usize).map(|i| lowest * (first / lowest).powf(i as f64 / count)));
-        for &(a, b) in ranges {
-            let parts = IN_BIN.min(b - a);
-            let (a, b) = (a as f64 - 0.5, b as f64 - 0.5);
-            let cuts = (1..=parts).map(|i| (a + (b - a) * i as f64 / parts as f64) * spacing);
-            edges.extend(cuts.filter(|&e| e > first));
-        }
-        let last = edges.len() - 1;
-        edges[last] = 0.5 * length as f64 * spacing;
-        let centres =
-            edges.windows(2).map(|e| if e[0] > 0.0 { (e[0] * e[1]).sqrt() } else { 0.5 * e[1] }).collect();
-        Self { edges, centres }
     }
 }
 

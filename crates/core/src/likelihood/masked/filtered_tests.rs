@@ -11,14 +11,14 @@ use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::summary::Summary;
 use crate::likelihood::taper::hann;
 use crate::terms::Term;
-use sigmatau_fft::{Complex64, Planner};
+use sigmatau_fft::Complex64;
 use std::sync::Arc;
 
 const N: usize = 1 << 14;
 const LENGTH: usize = 8;
 
 fn spectrum(x: &[f64], period: usize) -> Vec<Complex64> {
-    let transform = Planner::new().forward(period);
+    let transform = sigmatau_fft::forward(period);
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
     input[..x.len()].copy_from_slice(x);
     transform.process(&mut input, &mut output).unwrap();
@@ -26,7 +26,7 @@ fn spectrum(x: &[f64], period: usize) -> Vec<Complex64> {
 }
 
 fn series(spectrum: impl Iterator<Item = Complex64>, period: usize) -> Vec<f64> {
-    let transform = Planner::new().inverse(period);
+    let transform = sigmatau_fft::inverse(period);
     let (mut input, mut output) = (spectrum.collect::<Vec<_>>(), transform.make_output_vec());
     transform.process(&mut input, &mut output).unwrap();
     output.iter().map(|x| x / period as f64).collect()

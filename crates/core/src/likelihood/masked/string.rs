@@ -6,6 +6,10 @@ const LANES: usize = 8;
 /// Relative width at which a bisection ends.
 const BISECTION_WIDTH: f64 = 1e-10;
 
+/// Relative size of the last of Newton's steps, whose square is the remaining error, and largest number of these steps.
+const NEWTON_WIDTH: f64 = 1e-9;
+const NEWTON_STEPS: usize = 10;
+
 /// Number of eigenvectors that are iterated together, for the same reason.
 const VECTORS: usize = 4;
 
@@ -40,50 +44,49 @@ impl Tridiagonal {
         let n = self.diagonal.len();
         let norm = self.diagonal.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let mut top = norm * (count as f64 / n as f64).powi(2);
-        while self.below(squares, [top; LANES])[0] <= count {
+        while self.below(squares, [top; LANES]).0[0] <= count {
             top *= 2.0;
         }
-        let mut values = Vec::with_capacity(count);
+        let mut values: Vec<f64> = Vec::with_capacity(count);
         for start in (1..=count).step_by(LANES) {
             let least = values.last().copied().unwrap_or(0.0) * (1.0 - 1e-9);
-            let (mut low, mut high) = ([least; LANES], [top; LANES]);
-            let wanted: [usize; LANES] = std::array::from_fn(|i| (start + i).min(count));
-            for step in 0..200 {
-                if (0..LANES).all(|i| high[i] - low[i] <= BISECTION_WIDTH * high[i]) {
+            let mut brackets: [Bracket; LANES] =
+                std::array::from_fn(|i| Bracket::new((start + i).min(count), least, top));
+            let mut at = expected(&values, least, top);
+            for _ in 0..200 {
+                let (found, steps) = self.below(squares, at);
+                for bracket in &mut brackets {
+                    (0..LANES).for_each(|j| bracket.narrow(found[j], at[j]));
+                }
+                at = std::array::from_fn(|i| brackets[i].next(at[i], steps[i]));
+                if brackets.iter().all(|bracket| bracket.done) {
                     break;
                 }
-                // Eigenvalues grow with the square of their number; in the first steps the lanes share brackets.
-                let middle: [f64; LANES] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
-                let found = self.below(squares, middle);
-                for i in 0..LANES {
-                    if step < 2 * LANES {
-                        for j in 0..LANES {
-                            narrow(found[j], middle[j], wanted[i], &mut low[i], &mut high[i]);
-                        }
-                    } else {
-                        narrow(found[i], middle[i], wanted[i], &mut low[i], &mut high[i]);
-                    }
-                }
             }
-            values.extend((0..LANES.min(count + 1 - start)).map(|i| 0.5 * (low[i] + high[i])));
+            values.extend_from_slice(&at[..LANES.min(count + 1 - start)]);
         }
         values
     }
 
-    /// Numbers of eigenvalues below some values, from the signs in Sturm's sequence.
-    fn below(&self, squares: &[f64], x: [f64; LANES]) -> [usize; LANES] {
-        let mut found = [0.0; LANES];
-        let mut q = [f64::INFINITY; LANES];
+    /// Numbers of eigenvalues below some values, from the signs in Sturm's sequence, and Newton's steps of the
+    /// characteristic polynomial, whose logarithmic derivative is the sum of those of the sequence.
+    fn below(&self, squares: &[f64], x: [f64; LANES]) -> ([usize; LANES], [f64; LANES]) {
+        let (mut found, mut sum) = ([0.0; LANES], [0.0; LANES]);
+        let (mut inverse, mut slope) = ([0.0; LANES], [0.0; LANES]);
         let tiny = f64::MIN_POSITIVE / f64::EPSILON;
         for (j, &d) in self.diagonal.iter().enumerate() {
             let e = if j == 0 { 0.0 } else { squares[j - 1] };
             for i in 0..LANES {
-                let next = d - x[i] - e / q[i];
-                q[i] = if next.abs() < tiny { -tiny } else { next };
-                found[i] += f64::from(u8::from(q[i] < 0.0));
+                let ratio = e * inverse[i];
+                let next = d - x[i] - ratio;
+                let q = if next.abs() < tiny { -tiny } else { next };
+                inverse[i] = 1.0 / q;
+                slope[i] = (ratio * slope[i] - 1.0) * inverse[i];
+                sum[i] += slope[i];
+                found[i] += f64::from(u8::from(q < 0.0));
             }
         }
-        found.map(|x| x as usize)
+        (found.map(|x| x as usize), sum.map(f64::recip))
     }
 
     /// The vectors of ascending eigenvalues, orthogonal within each cluster.
@@ -133,11 +136,65 @@ fn part(x: f64) -> f64 {
     x - x as u64 as f64
 }
 
-fn narrow(found: usize, at: f64, wanted: usize, low: &mut f64, high: &mut f64) {
-    if found > wanted {
-        *high = high.min(at.max(*low));
-    } else {
-        *low = low.max(at.min(*high));
+/// Where the next eigenvalues are expected: those of a string grow with the square of their number.
+fn expected(values: &[f64], least: f64, top: f64) -> [f64; LANES] {
+    let latest = &values[values.len().saturating_sub(LANES)..];
+    let (Some(first), Some(last)) = (latest.first(), latest.last()) else {
+        return std::array::from_fn(|i| top * ((i + 1) as f64 / LANES as f64).powi(2));
+    };
+    let step = (last.sqrt() - first.sqrt()) / (LANES - 1) as f64;
+    std::array::from_fn(|i| (last.sqrt() + (i + 1) as f64 * step).powi(2).clamp(least, top))
+}
+
+/// Limits of an eigenvalue, and the numbers of eigenvalues below them.
+#[derive(Debug, Clone, Copy)]
+struct Bracket {
+    wanted: usize,
+    low: f64,
+    high: f64,
+    below_low: usize,
+    below_high: usize,
+    steps: usize,
+    done: bool,
+}
+
+impl Bracket {
+    fn new(wanted: usize, low: f64, high: f64) -> Self {
+        Self { wanted, low, high, below_low: 0, below_high: usize::MAX, steps: 0, done: false }
+    }
+
+    fn narrow(&mut self, found: usize, at: f64) {
+        if found > self.wanted {
+            if at < self.high {
+                (self.high, self.below_high) = (at.max(self.low), found);
+            }
+        } else if at > self.low {
+            (self.low, self.below_low) = (at.min(self.high), found);
+        }
+    }
+
+    /// The next value, or the eigenvalue itself: by Newton's method if no other eigenvalue is between the limits, and
+    /// otherwise, or if that fails, by bisection.
+    fn next(&mut self, at: f64, step: f64) -> f64 {
+        if self.done {
+            return at;
+        }
+        let newton = at - step;
+        if self.below_low == self.wanted && self.below_high == self.wanted + 1 && self.steps < NEWTON_STEPS {
+            self.steps += 1;
+            self.done = step.abs() <= NEWTON_WIDTH * at && self.contains(newton);
+            if self.done || (newton > self.low && newton < self.high) {
+                return newton;
+            }
+        }
+        self.done = self.high - self.low <= BISECTION_WIDTH * self.high;
+        0.5 * (self.low + self.high)
+    }
+
+    /// Whether a value is between the limits, but for rounding.
+    fn contains(&self, value: f64) -> bool {
+        let rounding = BISECTION_WIDTH * self.high;
+        value >= self.low - rounding && value <= self.high + rounding
     }
 }
 
@@ -273,7 +330,7 @@ mod tests {
         let (values, vectors) = matrix.lowest(25);
         for (k, (value, vector)) in (1..).zip(values.iter().zip(&vectors)) {
             let angle = PI * f64::from(k) / n as f64;
-            assert!((value / (4.0 * (0.5 * angle).sin().powi(2)) - 1.0).abs() < 1e-9, "{k}: {value}");
+            assert!((value / (4.0 * (0.5 * angle).sin().powi(2)) - 1.0).abs() < 1e-11, "{k}: {value}");
             let sign = vector[0].signum();
             let worst = (0..n)
                 .map(|j| {

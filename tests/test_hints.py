@@ -6,7 +6,7 @@ import re
 import pytest
 
 import sigmatau
-from package_trees import MODULES, tree
+from package_trees import MODULES, nodes, tree
 from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import Hint, as_arguments, as_options, command, hints_in, speaking, worded
 
@@ -81,11 +81,11 @@ def test_findings_have_hints():
 
 def texts(code):
     """The texts of a module that are no docstrings, nor cells of a table of the pages: `columns` of a target."""
-    bodies = (node.body for node in ast.walk(code) if isinstance(getattr(node, "body", None), list))
+    bodies = (node.body for node in nodes(code) if isinstance(getattr(node, "body", None), list))
     docstrings = {one.value for body in bodies for one in body if isinstance(one, ast.Expr)}
-    tables = [node.value for node in ast.walk(code) if isinstance(node, ast.keyword) and node.arg == "columns"]
+    tables = [node.value for node in nodes(code) if isinstance(node, ast.keyword) and node.arg == "columns"]
     cells = {cell for table in tables for cell in ast.walk(table)}
-    for node in ast.walk(code):
+    for node in nodes(code):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in docstrings | cells:
             yield node
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from package_trees import MODULES, tree
+from package_trees import MODULES, nodes, tree
 
 TEXT_METHODS = {name for name in dir(str) if not name.startswith("_")} - {"join", "format", "format_map"}
 SPOKEN = {"error", "message", "reason", "why", "action"}
@@ -24,16 +24,22 @@ FOREIGN = {
 """Modules that read messages of other programs, which have no fields, or that make messages."""
 
 
+def is_name(node, *names):
+    return isinstance(node, ast.Name) and node.id in names
+
+
+def is_call(node, *names):
+    """Whether a node calls a function of these names."""
+    return isinstance(node, ast.Call) and is_name(node.func, *names)
+
+
 def messages(code):
     """The expressions of a module that are the words of an error or of a finding."""
-    for node in ast.walk(code):
+    for node in nodes(code):
         if isinstance(node, ast.ExceptHandler) and node.name:
             for inner in ast.walk(node):
-                is_text = isinstance(inner, ast.Call) and ast.unparse(inner) in (
-                    f"str({node.name})",
-                    f"repr({node.name})",
-                )
-                is_field = isinstance(inner, ast.Attribute) and ast.unparse(inner) == f"{node.name}.args"
+                is_text = is_call(inner, "str", "repr") and [*map(ast.unparse, inner.args)] == [node.name]
+                is_field = isinstance(inner, ast.Attribute) and inner.attr == "args" and is_name(inner.value, node.name)
                 if is_text or is_field:
                     yield inner
         if (
@@ -44,12 +50,7 @@ def messages(code):
             yield node
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "headline":
             yield node
-        if (
-            isinstance(node, ast.Call)
-            and ast.unparse(node.func) == "str"
-            and node.args
-            and is_named_error(node.args[0])
-        ):
+        if is_call(node, "str") and node.args and is_named_error(node.args[0]):
             yield node
 
 
@@ -82,7 +83,7 @@ def elements(node):
 def spoken_constants(code):
     """The names in a module that stand for a constant with a sentence, of this module or of another of the package."""
     yield from constants_with_sentences(code)
-    for node in ast.walk(code):
+    for node in nodes(code):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("sigmatau."):
             path = node.module.removeprefix("sigmatau.").replace(".", "/")
             source = next((name for name in (f"{path}.py", f"{path}/__init__.py") if name in MODULES), None)
@@ -99,7 +100,7 @@ def is_spoken(node):
 def cuts(code):
     """The comparisons with a sentence, and the expressions that take words apart or search them."""
     constants = set(spoken_constants(code))
-    for node in ast.walk(code):
+    for node in nodes(code):
         if isinstance(node, ast.Compare):
             sides = [node.left, *node.comparators]
             parts = [part for side in sides for part in elements(side)]
@@ -111,33 +112,34 @@ def cuts(code):
         is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
         if is_method and node.func.attr in TEXT_METHODS and is_spoken(node.func.value):
             yield node
-        if isinstance(node, ast.Call) and ast.unparse(node.func).startswith("re.") and any(map(is_spoken, node.args)):
+        if is_method and is_name(node.func.value, "re") and any(map(is_spoken, node.args)):
             yield node
 
 
 def is_named_error(owner):
-    return isinstance(owner, ast.Name) and owner.id in ("error", "problem", "finding", "refused")
+    return is_name(owner, "error", "problem", "finding", "refused")
 
 
 def reads(code):
     """The expressions that take a message apart, search it, or compare it."""
     words = {ast.unparse(message) for message in messages(code)}
-    for handler in (node for node in ast.walk(code) if isinstance(node, ast.ExceptHandler)):
+    for handler in (node for node in nodes(code) if isinstance(node, ast.ExceptHandler)):
         for node in ast.walk(handler):
             if isinstance(node, ast.Assign) and ast.unparse(node.value) in words:
                 words |= {ast.unparse(target) for target in node.targets}
 
     def is_message(node):
-        return ast.unparse(node) in words
+        return bool(words) and ast.unparse(node) in words
 
-    for node in ast.walk(code):
+    for node in nodes(code):
         if isinstance(node, ast.Attribute) and node.attr in TEXT_METHODS and is_message(node.value):
             yield node
         if isinstance(node, ast.Subscript) and is_message(node.value):
             yield node
         if isinstance(node, ast.Compare) and any(map(is_message, [node.left, *node.comparators])):
             yield node
-        if isinstance(node, ast.Call) and ast.unparse(node.func).startswith("re.") and any(map(is_message, node.args)):
+        is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+        if is_method and is_name(node.func.value, "re") and any(map(is_message, node.args)):
             yield node
     yield from cuts(code)
 

@@ -60,7 +60,7 @@ JUSTIFIED = {
 
 def rules(tree):
     """The functions of a module that go on after an error of the package."""
-    for function in ast.walk(tree):
+    for function in package_trees.nodes(tree):
         if isinstance(function, ast.FunctionDef) and any(map(goes_on, ast.walk(function))):
             yield function.name
 
@@ -69,7 +69,10 @@ def goes_on(node):
     """Whether a handler catches an error of the package and does not end in `raise`, or a call suppresses it."""
     if isinstance(node, ast.ExceptHandler):
         return node.type is not None and is_ours(node.type) and not isinstance(node.body[-1], ast.Raise)
-    return isinstance(node, ast.Call) and "suppress" in ast.unparse(node.func) and any(map(is_ours, node.args))
+    if not isinstance(node, ast.Call):
+        return False
+    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    return name == "suppress" and any(map(is_ours, node.args))
 
 
 def is_ours(kind):

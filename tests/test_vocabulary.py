@@ -11,7 +11,7 @@ from collections import Counter, defaultdict
 
 import public_names
 from conftest import ROOT
-from package_trees import MODULES, PACKAGE, tree
+from package_trees import MODULES, PACKAGE, nodes, tree
 
 PAGE = ROOT / "docs" / "decisions" / "vocabulary.md"
 REFUSED = frozenset(
@@ -138,7 +138,7 @@ def test_names_in_rust():
 def test_a_class_name_has_one_meaning():
     classes = defaultdict(set)
     for path, code in trees().items():
-        for node in ast.walk(code):
+        for node in nodes(code):
             if isinstance(node, ast.ClassDef):
                 classes[node.name].add(str(path.relative_to(PACKAGE)))
     shared = {name: sorted(paths) for name, paths in classes.items() if len(paths) > 1}

@@ -2,7 +2,7 @@
 
 import ast
 
-from package_trees import MODULES, tree
+from package_trees import MODULES, nodes, tree
 
 FACES = {"findings", "cli", "reporting", "pages"}  # they make the words, and print them
 ERRORS = {"self", "error", "solved"}  # an error has a message too
@@ -16,7 +16,7 @@ TEXTS = {
 
 def read_words(name):
     """The expressions of a module that read the words of a finding."""
-    for node in ast.walk(tree(name)):
+    for node in nodes(tree(name)):
         if isinstance(node, ast.Attribute) and node.attr in {"message", "action"}:
             shown = name in TEXTS and node.attr == "message"
             if not shown and not (isinstance(node.value, ast.Name) and node.value.id in ERRORS):

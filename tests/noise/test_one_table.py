@@ -3,15 +3,12 @@
 import ast
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
-import pytest
-
-import sigmatau
-from conftest import ROOT as REPOSITORY
+from conftest import ROOT
+from package_trees import MODULES, nodes, tree
 from sigmatau.noise.terms import NOISE, TERMS
 
-ROOT = Path(sigmatau.__file__).parent
+ROOMS = {name for name in MODULES if "/" in name}
 LISTED = {
     "noise/terms.py",
     "_native/arguments.py",
@@ -21,24 +18,18 @@ LISTED = {
 }  # CONTRIBUTING names them
 
 
-def lists(tree: ast.AST) -> Iterator[int]:
+def lists(code: ast.AST) -> Iterator[int]:
     """Lines of literals with all terms of noise in them."""
-    for node in ast.walk(tree):
+    for node in nodes(code):
         if isinstance(node, ast.Dict | ast.Tuple | ast.List | ast.Set):
             parts = node.keys if isinstance(node, ast.Dict) else node.elts
             if {part.value for part in parts if isinstance(part, ast.Constant)} >= {*NOISE}:
                 yield node.lineno
 
 
-@pytest.mark.parametrize("room", sorted(path.name for path in ROOT.iterdir() if path.is_dir()))
-def test_no_other_list_of_terms(room: str) -> None:
-    found = {
-        f"{path.relative_to(ROOT)}:{line}"
-        for path in (ROOT / room).rglob("*.py")
-        if str(path.relative_to(ROOT)) not in LISTED
-        for line in lists(ast.parse(path.read_text(encoding="utf-8")))
-    }
-    assert not found, f"walk `sigmatau.noise.terms.TERMS`: {sorted(found)}"
+def test_no_other_list_of_terms() -> None:
+    found = [f"{name}:{line}" for name in sorted(ROOMS - LISTED) for line in lists(tree(name))]
+    assert not found, f"walk `sigmatau.noise.terms.TERMS`: {found}"
 
 
 FOUR = 4  # of the names in one place are a list of them
@@ -71,22 +62,19 @@ def names_in(node: ast.AST) -> set[str]:
     return {name for name in TERMS if name in names}
 
 
-@pytest.mark.parametrize("room", sorted(path.name for path in ROOT.iterdir() if path.is_dir()))
-def test_a_list_of_terms_has_all(room: str) -> None:
+def test_a_list_of_terms_has_all() -> None:
     """A further term is asked for in each place that has a list in spite of the table."""
     incomplete = {}
-    for path in (ROOT / room).rglob("*.py"):
-        module = str(path.relative_to(ROOT))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for module in sorted(ROOMS):
+        for node in nodes(tree(module)):
             names = names_in(node)
-            lacking = {*TERMS} - names - LACKING.get(module, set())
-            if len(names) >= FOUR and lacking:
+            if len(names) >= FOUR and (lacking := {*TERMS} - names - LACKING.get(module, set())):
                 incomplete[module] = lacking
     assert not incomplete, f"add the terms to the lists in these modules, or to LACKING with the reason: {incomplete}"
 
 
 def test_the_crate_has_the_same_terms() -> None:
     """In the same order: coefficients go to it by their place."""
-    source = (REPOSITORY / "crates" / "core" / "src" / "terms.rs").read_text(encoding="utf-8")
+    source = (ROOT / "crates" / "core" / "src" / "terms.rs").read_text(encoding="utf-8")
     named = re.findall(r'Self::\w+ => "(\w+)"', source)
     assert named == [*TERMS], "put the term in the same place in `TERMS` of noise/terms.py and `Term` of terms.rs"

@@ -7,7 +7,7 @@ import inspect
 from test_public_names import of_command_line, of_python
 
 import sigmatau
-from package_trees import MODULES, tree
+from package_trees import MODULES, nodes, tree
 from sigmatau.exporting.tuning.table import read_innovations
 from sigmatau.hints import SPELLED, Hint, as_options
 from sigmatau.lab.store.naming import Naming
@@ -19,11 +19,11 @@ def calls(code):
     """Names of the options of hints in a module, and whether they are of a command that is to be typed."""
     commands = {
         inner
-        for node in ast.walk(code)
+        for node in nodes(code)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("command", "as_options")
         for inner in ast.walk(node)
     }
-    for node in ast.walk(code):
+    for node in nodes(code):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Hint" and node.args:
             names = [one.value for one in ast.walk(node.args[0]) if isinstance(one, ast.Constant)]
             yield from ((name, node in commands) for name in names if isinstance(name, str))

@@ -138,6 +138,8 @@ def test_a_copy_of_a_log_is_one_run_that_no_later_command_analyses_again(here, t
     shutil.copy2(logs / "log0.csv", logs / "first" / "log0.csv")
     assert run() == "4 of 4 logs analysed\n"
     assert count(place) == 3
+    log = str(logs / "log2.csv")
+    assert contents(place)[log][2] == sigmatau.analyze(sigmatau.read(log), threads=1).to_dict()
     assert run() == "0 of 0 logs analysed, 4 were in the store\n"
     shutil.copy(logs / "log1.csv", logs / "again.csv")  # a later copy, and one that is moved
     assert run() == "1 of 1 logs analysed, 4 were in the store\n"

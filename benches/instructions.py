@@ -30,9 +30,8 @@ STORED = HERE / "instructions.json"
 STORED_JOB = HERE / "instructions_job.json"
 MARGIN = 0.10
 
-# Prints the relevant versions, or simulates a record and analyses it. A child process that ends before the job counts
-# the preparation, mainly the imports. A shorter record is analysed first, so that nothing is imported or compiled in
-# the job.
+# Prints the relevant versions, or simulates a record and, after a line on its standard input, analyses it. Instructions are
+# counted from that line on. A shorter record is analysed first, so that nothing is imported or compiled in the job.
 JOB = """
 import os
 import sys
@@ -46,9 +45,8 @@ noise = {"random_walk": 5e-3, "bias_instability": 3e-4, "rate_random_walk": 1e-5
 model = sigmatau.NoiseModel(channels={f"{sensor}_{axis}": noise for sensor in ("gyro", "accel") for axis in "xyz"})
 analyze(sigmatau.simulate(model, duration=20, rate=100, rng=1), threads=1)
 record = sigmatau.simulate(model, duration=200, rate=100, rng=1)
-if os.fork() == 0:
-    os._exit(0)
-os.wait()
+print("ready", flush=True)
+sys.stdin.readline()
 analyze(record, threads=1)
 os._exit(0)
 """
@@ -59,7 +57,7 @@ LESS = {"phase": "nothing", "octaves": "phase", "log30": "phase", "push": "nothi
 
 def why_not() -> str | None:
     """Reason why instructions cannot be counted; empty if they can."""
-    if shutil.which("valgrind") is None:
+    if shutil.which("valgrind") is None or shutil.which("vgdb") is None:
         return "valgrind is not installed"
     try:
         flags = Path("/proc/cpuinfo").read_text(encoding="utf-8").split()
@@ -89,18 +87,12 @@ def build() -> Path:
 
 def count(program: Path, work: str) -> int:
     """Number of instructions of one piece of work, including its preparation."""
-    (instructions,) = counted([str(program), work], os.environ)
-    return instructions
-
-
-def counted(work: Sequence[str], environment: Mapping[str, str]) -> list[int]:
-    """Numbers of instructions of the processes of a command, in the order in which they end."""
-    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *work]
-    done = subprocess.run(command, env={**environment, "LC_ALL": "C"}, capture_output=True, text=True, check=False)
-    collected = re.findall(r"Collected : (\d+)", done.stderr)
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", str(program), work]
+    done = subprocess.run(command, env={**os.environ, "LC_ALL": "C"}, capture_output=True, text=True, check=False)
+    collected = re.search(r"Collected : (\d+)", done.stderr)
     if done.returncode or not collected:
         raise SystemExit(f"{' '.join(command)[:200]} failed:\n{done.stderr}")
-    return [int(count_) for count_ in collected]
+    return int(collected[1])
 
 
 def job() -> dict[str, str | int] | None:
@@ -119,8 +111,24 @@ def job() -> dict[str, str | int] | None:
     if done.returncode:
         return None
     python, numpy = done.stdout.split()
-    before, whole = counted([*command, "job"], environment)
-    return {"python": python, "numpy": numpy, "instructions": whole - before}
+    return {"python": python, "numpy": numpy, "instructions": counted_from_ready([*command, "job"], environment)}
+
+
+def counted_from_ready(work: Sequence[str], environment: Mapping[str, str]) -> int:
+    """Number of instructions of a command after it printed "ready". To count the preparation too takes twice as long."""
+    command = ["valgrind", "--tool=callgrind", "--instr-atstart=no", "--callgrind-out-file=/dev/null", *work]
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(
+        command, env={**environment, "LC_ALL": "C"}, stdin=pipe, stdout=pipe, stderr=pipe, text=True
+    )
+    assert process.stdout is not None
+    process.stdout.readline()
+    begun = subprocess.run(["vgdb", f"--pid={process.pid}", "instrumentation", "on"], capture_output=True, check=False)
+    _, errors = process.communicate("\n")
+    collected = re.findall(r"Collected : (\d+)", errors)
+    if process.returncode or begun.returncode or len(collected) != 1:
+        raise SystemExit(f"{' '.join(command)[:200]} failed:\n{errors}")
+    return int(collected[0])
 
 
 def main() -> int:

@@ -9,18 +9,18 @@ from page_records import model_of, simulated
 
 _NOISE = {"random_walk": "0.3 deg/sqrt(h)", "bias_instability": "3 deg/h"}
 _DEG_PER_H = math.radians(1) / 3600
-_SECONDS, _RATE = 10800, 2
+_RATE = 2
 _NAMES = [f"gyro_{axis}" for axis in "xyz"]
 
 
-def write_cycle(folder: Path) -> None:
+def write_cycle(folder: Path, seconds: int = 10800) -> None:
     """A ramp from -40 to 85 °C and back with a hysteresis, and runs of three units at four temperatures."""
     model = model_of(**dict.fromkeys(_NAMES, _NOISE))
-    n = _SECONDS * _RATE
+    n = seconds * _RATE
     times = np.arange(n) / _RATE
     degrees = -40 + 125 * (1 - np.abs(2 * (np.arange(n) + 0.5) / n - 1))
-    loop = 30 * (times > _SECONDS / 2) * (1 - ((degrees - 22.5) / 62.5) ** 2)
-    record = simulated("how-to: temperature calibration", model, seconds=_SECONDS, rate=_RATE)
+    loop = 30 * (times > seconds / 2) * (1 - ((degrees - 22.5) / 62.5) ** 2)
+    record = simulated("how-to: temperature calibration", model, seconds=seconds, rate=_RATE)
     columns = [times]
     for k, name in enumerate(_NAMES, 1):
         drift = 20 * k + 4 * (degrees - 25) + 0.02 * (degrees - 25) ** 2 - 3e-4 * (degrees - 25) ** 3 + loop

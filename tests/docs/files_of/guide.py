@@ -60,7 +60,7 @@ def make(folder: Path) -> None:
     np.savetxt(folder / "clicks.csv", places, delimiter=",", header="x,y", comments="")
     board = noise("board", 3000, 4)
     timed(folder / "board.csv", 0.1 * board, {f"g{k}": "deg/s" for k in range(1, 5)})
-    write_cycle(folder)
+    write_cycle(folder, seconds=5400)
     (folder / "table1.csv").write_text(typed("arcsec", (0.973, 0.960, 0.919)))
     for day in range(1, 4):
         log = folder / f"day{day}.csv"
@@ -70,9 +70,9 @@ def make(folder: Path) -> None:
     add = ["store", "add", str(folder / "results"), "--store", str(folder / "lab.db"), "--date", "2026-05-01", "-q"]
     assert main(add) == 0
     for name, rate in (("50Hz.csv", 50.0), ("500Hz.csv", 500.0), ("fast.csv", 500.0)):
-        write(filtered(name, rate, ["gyro_x"]), folder / name)
+        write(filtered(name, rate, ["gyro_x"], samples=3000), folder / name)
     for name, rate in (("slow.txt", 50.0), ("fast.txt", 500.0)):
-        record = filtered(name, rate, AXES[:3])
+        record = filtered(name, rate, AXES[:3], samples=3000)
         np.savetxt(folder / name, np.column_stack([record.streams[0].column(axis) for axis in AXES[:3]]))
     write_innovations(folder / "innovations.csv", {"x": ("nu_gyro_x", "S_gyro_x")}, walk=1e-5, duration=120.0)
     write_innovations(folder / "run.csv", {"x": ("r0", "s0"), "y": ("r1", "s1")}, walk=1e-5, duration=120.0)

@@ -329,6 +329,8 @@ def test_the_curve_is_beside_the_summary(opened, page):
 
 def test_phone(opened, page):
     tab = opened(page, viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
+    # After a tap the mouse of chromium-headless-shell leaves to the corner of the page; that of a phone stays.
+    tab.evaluate("document.addEventListener('mouseleave', event => event.stopImmediatePropagation(), true)")
     figure(tab, "deviation").locator(".u-over").tap()
     figure(tab, "deviation").locator(".readout", has_text="τ =").wait_for()
     for chart in CHARTS:

@@ -32,6 +32,11 @@ def keep_freed() -> None:
 def return_freed() -> None:
     """Collect cycles and return freed memory to the system, which a process that only waits does not need."""
     gc.collect()
+    trim()
+
+
+def trim() -> None:
+    """Return freed memory to the system, with glibc."""
     malloc_trim = _from_libc("malloc_trim")
     if malloc_trim is not None:
         malloc_trim(0)

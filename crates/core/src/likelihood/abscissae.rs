@@ -36,6 +36,9 @@ impl Abscissae {
     }
 }
 
+/// |H|² at the low bins and at the points.
+type Powers = (Vec<f64>, Vec<f64>);
+
 /// The frequencies of some bins: those at the low bins and at the points of the others; and for filters with zeros, those of
 /// the modes of the low bins, and the points with the neighbours whose power the taper adds.
 #[derive(Debug, Default)]
@@ -45,7 +48,7 @@ pub(crate) struct BinAbscissae {
     modes: OnceLock<Abscissae>,
     tapered: OnceLock<Abscissae>,
     /// The running mean of a record, with |H|² at the low bins and at the points.
-    mean: OnceLock<(RunningMean, (Vec<f64>, Vec<f64>))>,
+    mean: OnceLock<(RunningMean, Powers)>,
 }
 
 impl BinAbscissae {
@@ -63,7 +66,7 @@ impl BinAbscissae {
     }
 
     /// |H|² of a running mean at the low bins and at the points.
-    pub(crate) fn powers_of_mean(&self, mean: RunningMean, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn powers_of_mean(&self, mean: RunningMean, bins: &Bins) -> Powers {
         let powers = || {
             let spacing = bins.record.frequency(1);
             let low =

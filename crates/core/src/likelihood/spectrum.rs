@@ -282,7 +282,9 @@ impl Model {
         let (mut total, mut densities) = (vec![0.0; points.len()], vec![0.0; points.len()]);
         for (&part, &theta) in self.parts.iter().zip(&self.theta) {
             fine_densities(part, &points, record.tau0, &mut densities);
-            densities.iter_mut().for_each(|density| *density *= theta);
+            for density in &mut densities {
+                *density *= theta;
+            }
             if part == Part::Term(Term::Quantization) && record.masked.is_none() {
                 let mirrored = frequencies.iter().map(|&f| theta * bins.mirrored_density(f));
                 densities.iter_mut().zip(mirrored).for_each(|(density, added)| *density += added);

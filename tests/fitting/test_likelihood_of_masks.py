@@ -67,6 +67,15 @@ def test_flicker_noise_in_front_of_a_mean_stays_in_front():
         assert dict(found.terms)["bias_instability"].profile.high > 0.8 * truth["bias_instability"]
 
 
+def test_what_a_mask_spreads_is_no_line_behind_a_mean():
+    """Before, the lowest densities were lines in half of the records."""
+    rng = np.random.default_rng(seed_of("what a mask spreads behind a mean"))
+    for _ in range(6):
+        y = simulated(N + SETTLING, 1.0, dict(MIXTURES["N B K"].truth), seed=int(rng.integers(1 << 62)))
+        y = np.ascontiguousarray(lfilter(*FILTERS["mean of 8"], y)[SETTLING:])
+        assert not analysed(y, missing(*MASKS["5 % at random"], N, rng), 1.0).sinusoid
+
+
 def recorded(case, absent, **coefficients):
     rng = np.random.default_rng(seed_of(case))
     y = simulated(len(absent), 0.01, coefficients, seed=int(rng.integers(1 << 62)))

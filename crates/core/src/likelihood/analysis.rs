@@ -104,7 +104,7 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
     let regressors = Arc::new(regressors(record, options));
     let powers = mean.powers(record);
     let lines = if options.lines { beyond_band(record, &mean.with_lobes(record, &mask)) } else { Vec::new() };
-    let (mask, lines) = without_lines(record, mask, lines, Some(&powers), options);
+    let (mask, lines) = without_lines(record, mask, lines, Some((mean, &powers)), options);
     // The ends of the record fill the zeros, for which the mean has a floor, or slow noise after a mean of the
     // white noise alone.
     let without_floor = RunningMean { floor: 0.0, ..mean };
@@ -160,17 +160,17 @@ pub(crate) fn fitted_with_series<'a>(record: &'a Summary, options: &Options) -> 
     drifting(attempt, &regressors, options)
 }
 
-/// The mask without lines above running medians, and all lines. `filter`: powers of a known filter.
+/// The mask without lines above running medians, and all lines. `filter`: a running mean and its powers.
 fn without_lines(
     record: &Summary,
     mut mask: Vec<bool>,
     mut lines: Vec<Line>,
-    filter: Option<&[f64]>,
+    filter: Option<(RunningMean, &[f64])>,
     options: &Options,
 ) -> (Vec<bool>, Vec<Line>) {
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
-        let floor = if filter.is_none() { of_terms(record, &mask) } else { None };
-        let found = above_medians(record, &mut mask, floor.as_deref(), filter);
+        let floor = of_terms(record, &mask, filter.map(|(mean, _)| mean));
+        let found = above_medians(record, &mut mask, floor.as_deref(), filter.map(|(_, powers)| powers));
         if found.is_empty() {
             break;
         }

@@ -1,13 +1,13 @@
 //! The model of the whole band, or of the widest band with an adequate model.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::bins::{Bins, ENDS, Regressor, usable};
+use crate::likelihood::bins::{Bins, ENDS, Regressor, first_density, usable};
 use crate::likelihood::drifts::{FIRST_REGRESSOR, with_drifts};
 use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::fit::Fit;
 use crate::likelihood::intervals::thresholds;
 use crate::likelihood::line::Line;
-use crate::likelihood::lines::{above_model, without_images};
+use crate::likelihood::lines::{above_model, through_mask, without_images};
 use crate::likelihood::masked::Weighting;
 use crate::likelihood::model::Model;
 use crate::likelihood::outcome::Options;
@@ -236,16 +236,25 @@ fn informed(fit: Fit, bins: &mut Bins) -> Fit {
     fit.model.clone().fit(bins)
 }
 
-/// With missing samples, returns the expected densities for a fit of the terms. A periodic mask makes images of low
-/// frequencies at high ones, which are not lines.
-pub(crate) fn of_terms(record: &Summary, mask: &[bool]) -> Option<Vec<f64>> {
-    record.masked.as_ref().map(|masked| masked.densities(&fit_of_terms(record, mask.to_vec())))
+/// With missing samples, returns the expected densities for a fit of the terms, after a running mean if there is one. A mask
+/// spreads low frequencies over all others, and a periodic mask makes images of them, which are not lines.
+pub(crate) fn of_terms(record: &Summary, mask: &[bool], mean: Option<RunningMean>) -> Option<Vec<f64>> {
+    let masked = record.masked.as_ref()?;
+    let (bins, model) = fit_of_terms(record, mask.to_vec(), mean);
+    if mean.is_none() {
+        return Some(masked.densities(&model.theta));
+    }
+    let (first, count) = (first_density(record), record.density.len());
+    let mut densities = vec![0.0; first.min(count)];
+    densities.extend(through_mask(&bins, &model, masked, first..count));
+    Some(densities)
 }
 
-/// Squared coefficients of the terms.
-fn fit_of_terms(record: &Summary, mask: Vec<bool>) -> Vec<f64> {
+/// A fit of the terms, after a running mean if there is one.
+fn fit_of_terms(record: &Summary, mask: Vec<bool>, mean: Option<RunningMean>) -> (Bins<'_>, Model) {
     let bins = Bins::new(record, Arc::new(mask), Arc::new(Vec::new()));
-    Model::new(TERMS.to_vec(), Vec::new()).fit(&bins).model.theta
+    let model = Model { mean, ..Model::new(TERMS.to_vec(), Vec::new()) }.fit(&bins).model;
+    (bins, model)
 }
 
 impl Summary {
@@ -262,7 +271,7 @@ impl Summary {
         if !differenced && !masked.has_neighbours() {
             return Weighting::default();
         }
-        let all = fit_of_terms(self, usable(self));
+        let all = fit_of_terms(self, usable(self), None).1.theta;
         let theta = |term: Term| all[term.index()];
         let root = |above: f64, below: f64| {
             if above > 0.0 { (above / below.max(1e-12 * above)).sqrt() } else { 0.0 }

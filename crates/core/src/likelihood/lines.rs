@@ -112,7 +112,12 @@ fn frequencies(record: &Summary, range: std::ops::Range<usize>) -> Vec<f64> {
 
 /// Expected densities with missing samples: terms with the effect of the mask, and processes; the effects of a filter and
 /// of leakage change slowly with frequency.
-fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Range<usize>) -> Vec<f64> {
+pub(crate) fn through_mask(
+    bins: &Bins,
+    model: &Model,
+    masked: &Masked,
+    range: std::ops::Range<usize>,
+) -> Vec<f64> {
     let mut processes = model.clone().unfiltered();
     let mut terms = [0.0; NOISE_TERMS];
     for (part, theta) in model.parts.iter().zip(&mut processes.theta) {

@@ -182,7 +182,8 @@ def page(results: Mapping[str, list[Row]]) -> str:
         lines.append(f"| {label} | {len(cover)} | {100 * share:.2f} ± {100 * error:.2f} |")
         if (label == "all" or label in pooled) and not 0.94 - 3 * error <= share <= 0.97 + 3 * error:
             failures.append(f"- {label}: {100 * share:.2f} % covered in all")
-    lines.append(_FILTERED.format(terms=BEHIND, settling=SETTLING))
+    behind = len(_rows(results, "mean of 8", "4 gaps of 5 %"))
+    lines.append(_FILTERED.format(origin=_origin(), terms=BEHIND, settling=SETTLING, records=behind))
     for mask in FILTERED_MASKS:
         for name in FILTERS:
             if rows := _rows(results, name, mask):
@@ -265,10 +266,10 @@ gap of 10 %, and in 7 % without missing samples. Both sets together have 9.2 ± 
 Coverage is above 95 %, and the half widths exceed 1.96 sd, because intervals include other explanations that are
 nearly as likely, such as a filter ([intervals](../theory/likelihood.md)).
 
-Behind a mean of 8 samples, N is half a per cent too large if samples are missing in blocks or gaps, and the intervals of B
-hold in 84 to 91 %: their model is less exact than that of complete records. A Butterworth filter has no such error. Until
-a negative density was excluded as a model (commit 70e1d1d9), B was covered in 37 of 50 records behind a mean of 8 with three
-to five gaps, and the half width of N was 2 to 10 times larger behind any filter.
+Until the matrix of a mask had the exact sum of white noise, N was half a per cent too large behind a mean of 8 samples where
+samples were missing in blocks or gaps, and B was covered in 84 to 91 % ([cause](../theory/likelihood.md#missing-samples)).
+Until a negative density was excluded as a model (commit 70e1d1d9), B was covered in 37 of 50 records behind a mean of 8 with
+three to five gaps, and the half width of N was 2 to 10 times larger behind any filter.
 
 Before differences took the place of samples in the segments (commit e2b5887; 40 other records a cell), K alone
 was covered in 55 to 92 % of the records with missing samples, K of "N K strong" with every second sample
@@ -283,7 +284,8 @@ _FILTERED = """
 ## Behind a filter
 
 The terms {terms} behind a filter of the samples, without the first {settling} samples; columns as above, and the share of
-records with a filter in the model [%]. The gate of coverage is 92 % in each row.
+records with a filter in the model [%]. There are {records} records in a cell; {origin}. The gate of coverage is 92 % in each
+row.
 
 | missing | filter | term | records | found | bias | sd | half width | covered | filter seen |
 |---|---|---|---|---|---|---|---|---|---|"""

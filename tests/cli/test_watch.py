@@ -17,6 +17,7 @@ from known import interruptible, seed_of
 from sigmatau import analyze, read
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io import follow as follow_module
 from sigmatau.io.follow import follow
 from sigmatau.io.live import Live
 from sigmatau.quality.selection.live import LiveStretches
@@ -173,6 +174,18 @@ class TestFollow:
                 if piece and got == b"one ":
                     writer.write(b"two")
         assert got == b"one two"
+
+    def test_a_file_is_read_before_it_is_idle(self, tmp_path, monkeypatch):
+        """The thread that reads may begin later than the idle time."""
+        read = follow_module._File.read
+
+        def late(file):
+            time.sleep(0.05)
+            return read(file)
+
+        monkeypatch.setattr(follow_module._File, "read", late)
+        (tmp_path / "a.csv").write_bytes(b"a\n1\n")
+        assert b"".join(follow(str(tmp_path / "a.csv"), every=0.01, idle=1e-3)) == b"a\n1\n"
 
     def test_no_file(self, tmp_path):
         with pytest.raises(DataError, match="cannot be read"):

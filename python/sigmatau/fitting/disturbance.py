@@ -34,7 +34,8 @@ MAX_BURSTS = 3.0
 _MIN_CLUSTER = 8
 # Smallest number of pairs of clusters. [1] Derived: the ratio then has a standard error of 20 %.
 _BURST_BLOCKS = 256
-_SHORT_SUM = 32  # length of sums below which NumPy is slow
+# Length of sums below which NumPy is slow. [samples] Judgement: changes the time, not the result.
+_SHORT_SUM = 32
 # Largest number of pairs of clusters. [1] Judgement: limits the time.
 _MAX_BURST_BLOCKS = 2048
 # Longest averaging time of a cluster. [s] Judgement: people and vehicles move faster, and temperature changes more

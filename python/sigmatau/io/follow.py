@@ -68,12 +68,13 @@ def follow(
     with opened_copy as copy:
         reader = threading.Thread(target=_read_all, args=(source, opened, pieces, stop), daemon=True)
         reader.start()
+        has_read = source == "-"  # a read of standard input returns with data only
         try:
             while True:
                 try:
                     piece = pieces.get(timeout=every if idle is None else min(every, idle))
                 except queue.Empty:
-                    if idle is not None and time.monotonic() - last > idle:
+                    if idle is not None and has_read and time.monotonic() - last > idle:
                         return
                     yield b""
                     continue
@@ -81,6 +82,9 @@ def follow(
                     return
                 if isinstance(piece, Exception):
                     raise piece
+                has_read = True
+                if not piece:
+                    continue
                 last = time.monotonic()
                 if copy is not None:
                     copy.write(piece)
@@ -196,17 +200,21 @@ def _opened(source: str, baud: int | None) -> _StandardInput | _File | _Port:
 
 
 def _read_all(source: str, opened: _StandardInput | _File | _Port, pieces: Pieces, stop: threading.Event) -> None:
-    """Put the data that arrive into the queue; None at the end, an error if reading fails."""
+    """Put the data that arrive into the queue, or nothing after a first read without data; None at the end, an error if
+    reading fails.
+    """
+    first = True
     try:
         while not stop.is_set():
             piece = opened.read()
             if piece is None:
                 _put(pieces, None, stop)
                 return
-            if piece:
+            if piece or first:
                 _put(pieces, piece, stop)
-            else:
+            if not piece:
                 time.sleep(_PAUSE)
+            first = False
     except DataError as error:
         _put(pieces, error, stop)
     except OSError as error:

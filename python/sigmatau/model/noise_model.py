@@ -422,6 +422,7 @@ def _channel(name: str, model: ChannelModel | Mapping[str, float]) -> ChannelMod
         raise DataError(f"channel {name!r}: {error}") from None
     if quantity is not None and (model.quantity, model.unit) != quantity:
         raise DataError(
-            f"channel {name!r}: such a name means {quantity[0]} in {quantity[1]}, not {model.quantity} in {model.unit}"
+            f"channel {name!r}: such a name means {quantity[0].replace('_', ' ')} in {quantity[1]}, not"
+            f" {model.quantity.replace('_', ' ')} in {model.unit}"
         )
     return model

@@ -42,7 +42,7 @@ from sigmatau.io.read.table import FORMATS, Column
 
 _MAX_TRANSPOSED_ROWS = 16  # largest number of rows of a table that has one row per channel
 _MIN_TRANSPOSED_COLUMNS = 512  # smallest number of columns of such a table; no log of a sensor has as many
-_FEW = 50  # number of rows that usually show that a first row is not odd
+_COMPARED_FIRST = 50  # number of rows that usually show that a first row is not odd
 _MIN_SAMPLES = 100  # number of rows that must follow an odd first row
 # distance of a number from the range of its column, in units of that range, beyond which it is not a sample
 _OUTLYING = 10
@@ -214,7 +214,7 @@ def _is_odd(rows: list[Line], delimiter: str | None, columns: int) -> bool:
         return False  # a row without a sample
     odd = 0
     for value, column in zip(first, rest, strict=True):
-        some = [x for x in column[:_FEW] if math.isfinite(x)]
+        some = [x for x in column[:_COMPARED_FIRST] if math.isfinite(x)]
         if some and min(some) <= value <= max(some) and not all(x.is_integer() for x in some):
             continue  # more rows do not change this
         numbers = [x for x in column if math.isfinite(x)]

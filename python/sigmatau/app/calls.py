@@ -15,6 +15,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import as_options, speaking, worded
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.record.record import Record
+from sigmatau.record.streams import rates_size
 from sigmatau.typed.config import arguments
 
 Progress = Callable[[str], None]
@@ -161,7 +162,7 @@ def error_content(error: OptionError | DataError, log: LogFile | None = None) ->
 
 def record_size(record: Record | None) -> int:
     """Size of the samples of a record. [bytes]"""
-    return 0 if record is None else sum(8 * stream.grid.n * len(stream.channels) for stream in record.streams)
+    return 0 if record is None else rates_size(record.streams)
 
 
 def number(value: float | None, digits: int = 6) -> float | None:

@@ -200,8 +200,8 @@ def _opened(source: str, baud: int | None) -> _StandardInput | _File | _Port:
 
 
 def _read_all(source: str, opened: _StandardInput | _File | _Port, pieces: Pieces, stop: threading.Event) -> None:
-    """Put the data that arrive into the queue, or nothing after a first read without data; None at the end, an error if
-    reading fails.
+    """Put the data that arrive into the queue, and the result of the first read even if it is empty; None at the end, an
+    error if reading fails.
     """
     first = True
     try:

@@ -265,9 +265,8 @@ class Columns:
 
 def converted(streams: Sequence[Stream]) -> tuple[Stream, ...]:
     """Convert the numbers of small streams in memory, which an analysis reads many times; others are converted when read."""
-    size = sum(8 * stream.grid.n * len(stream.channels) for stream in streams)
     in_memory = all(isinstance(raw, np.ndarray) for stream in streams for raw in stream.samples.raw)
-    if size > _MAX_CONVERTED or not in_memory:
+    if rates_size(streams) > _MAX_CONVERTED or not in_memory:
         return tuple(streams)
 
     def with_conversion(samples: Columns) -> Columns:
@@ -462,6 +461,11 @@ class Stream:
         edges = np.concatenate(([-1], bad, [self.grid.n]))
         k = int(np.argmax(np.diff(edges)))
         return self.cut(int(edges[k]) + 1, int(edges[k + 1]))
+
+
+def rates_size(streams: Iterable[Stream]) -> int:
+    """Size of the rates of all channels as 64-bit numbers. [bytes]"""
+    return sum(8 * stream.grid.n * len(stream.channels) for stream in streams)
 
 
 def describe_sampling(stream: Stream) -> Sampling:

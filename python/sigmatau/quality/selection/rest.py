@@ -190,11 +190,8 @@ def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Recor
             continue
         part = _still_part(stream, resting.still, longest)
         streams.append(part)
-        gone = (
-            0.0
-            if part.mask is None
-            else part.grid.duration * float(functools.reduce(np.logical_and, part.mask.T).mean())
-        )
+        missing = 0.0 if part.mask is None else float(functools.reduce(np.logical_and, part.mask.T).mean())
+        gone = part.grid.duration * missing
         start, stop = part.grid.lead, part.grid.lead + part.grid.duration
         share = (stop - start - gone) / stream.grid.duration
         parts.append(KeptOfStream(stream=stream.name, start=start, stop=stop, left_out=gone, share=share))
